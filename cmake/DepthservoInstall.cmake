@@ -1,0 +1,60 @@
+# Headers, libraries, the tool, its scenarios, the CMake package and the pkg-config files. The installed
+# tree holds no absolute path: it may be moved.
+
+include(CMakePackageConfigHelpers)
+
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/depthservo TYPE INCLUDE)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scenarios DESTINATION ${CMAKE_INSTALL_DATADIR}/depthservo)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CHANGELOG.md TYPE DOC)
+
+if(DEPTHSERVO_APPS)
+  file(RELATIVE_PATH bin_to_lib /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
+  set_target_properties(depthservo_tool PROPERTIES INSTALL_RPATH "$ORIGIN/${bin_to_lib}")
+endif()
+
+# find_package(depthservo [COMPONENTS core visp vision servo])
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/depthservo)
+foreach(layer core visp vision servo)
+  set_target_properties(depthservo_${layer} PROPERTIES INSTALL_RPATH "$ORIGIN")
+  install(EXPORT depthservo-${layer} NAMESPACE depthservo:: FILE depthservo-${layer}-targets.cmake
+          DESTINATION ${package_dir})
+endforeach()
+configure_package_config_file(
+  ${PROJECT_SOURCE_DIR}/cmake/depthservo-config.cmake.in depthservo-config.cmake
+  INSTALL_DESTINATION ${package_dir} NO_SET_AND_CHECK_MACRO)
+write_basic_package_version_file(depthservo-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/depthservo-config.cmake
+              ${PROJECT_BINARY_DIR}/depthservo-config-version.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/DepthservoFindVisp.cmake
+        DESTINATION ${package_dir})
+
+# pkg-config --cflags --libs depthservo-<layer>
+set(pkgconfig_dir ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+file(RELATIVE_PATH prefix_to_pkgconfig / /${pkgconfig_dir})
+string(REGEX REPLACE "[^/]+" ".." pkgconfig_to_prefix ${prefix_to_pkgconfig})
+
+# depthservo_pkgconfig(<package> <description> LIBS ... REQUIRES ... [STATIC ...])
+#   STATIC: what only the code inside the library needs, which the user links when it is static.
+function(depthservo_pkgconfig package description)
+  cmake_parse_arguments(arg "" "" "LIBS;REQUIRES;STATIC" ${ARGN})
+  if(NOT BUILD_SHARED_LIBS)
+    list(APPEND arg_REQUIRES ${arg_STATIC})
+  endif()
+  list(JOIN arg_REQUIRES " " requires)
+  list(JOIN arg_LIBS " " libs)
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/depthservo.pc.in ${package}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${package}.pc DESTINATION ${pkgconfig_dir})
+endfunction()
+
+depthservo_pkgconfig(depthservo-core "Depth observers (Eigen only)"
+                     LIBS -ldepthservo_core REQUIRES eigen3)
+depthservo_pkgconfig(depthservo-visp "ViSP features with observed depth, and robots"
+                     LIBS -ldepthservo_visp REQUIRES depthservo-core visp)
+depthservo_pkgconfig(depthservo-vision "Trackers, synthetic camera and recorded sequences"
+                     LIBS -ldepthservo_vision REQUIRES depthservo-core visp
+                     STATIC yaml-cpp fmt)
+depthservo_pkgconfig(depthservo-servo "Closed servo loops from scenarios, and their reports"
+                     LIBS -ldepthservo_servo REQUIRES depthservo-visp depthservo-vision
+                     STATIC yaml-cpp fmt)
+depthservo_pkgconfig(depthservo "What an existing ViSP program needs: depthservo-visp"
+                     REQUIRES depthservo-visp)
