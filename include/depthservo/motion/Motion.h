@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "depthservo/motion/Twist.h"
+
+namespace depthservo {
+
+/// What the camera's own motion does to a point of a still scene: p_now = R p_before + t.
+///
+/// R (3x3, a rotation) and t (3, [m]) are the pose of the earlier camera frame in the later one, so
+/// for a camera that advances along z, t = (0, 0, -distance). `Motion` is an element of SE(3)
+/// together with the time it took; with constant twist (v, w) over dt it is exp(-(v, w) dt), in
+/// ViSP's terms `vpExponentialMap::direct(v, dt).inverse()`.
+///
+/// Real-time: every member is free of allocation and exceptions. Non-finite input gives non-finite
+/// output; `isFinite()` tells.
+struct Motion {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();  ///< [m]
+  double dt = 0.0;                              ///< duration [s]
+  double dt2 =
+      0.0;  ///< sum of the squared durations of the odometry rows within [s^2]; scales noise
+
+  /// Motion of a camera that keeps the twist for dt [s]: exact exponential, any angle.
+  static Motion fromTwist(const Twist& twist, double dt);
+
+  /// Motion between two camera poses in a common (world) frame, dt [s] apart.
+  static Motion fromPoses(const Eigen::Isometry3d& wMc_before, const Eigen::Isometry3d& wMc_now,
+                          double dt);
+
+  /// This motion, then `next`: p = next.R (R p + t) + next.t. Durations add.
+  Motion then(const Motion& next) const;
+
+  /// The motion back: `then(inverse())` is the identity with dt = 0. dt changes sign, dt2 does not.
+  Motion inverse() const;
+
+  /// The constant twist that makes this motion in dt (logarithm of SE(3)); unique for rotations
+  /// below pi. Zero when dt is 0.
+  Twist twist() const;
+
+  bool isFinite() const {
+    return std::isfinite(R.sum() + t.sum() + dt + dt2);  // no sum hides a NaN or an infinity
+  }
+
+  /// Whether it can be what happened between two images: finite, lasting 1 ns to 10^6 s.
+  bool isUsable() const { return dt >= 1e-9 && dt <= 1e6 && isFinite(); }
+};
+
+}  // namespace depthservo

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "depthservo/motion/Motion.h"
+
+namespace depthservo {
+
+/// How far the odometry at hand covers a time interval.
+enum class Coverage {
+  complete,     ///< the whole interval
+  empty,        ///< there is no odometry at all
+  beforeStart,  ///< the interval begins before the oldest row (never recorded, or forgotten)
+  afterEnd,     ///< the interval ends after the newest row has lost its validity: odometry is late
+  reversed,     ///< the interval ends before it begins, or a time is not finite
+};
+const char* toString(Coverage coverage);
+
+/// Timestamped odometry at any rate, and the camera motion between any two instants.
+///
+/// A row (time, twist) holds until the next row's time. The newest row is valid for one median
+/// period of the rows at hand (`nominalPeriod_s` while there is only one). The motion over [t0, t1]
+/// is the product of exact exponentials, one for each row, the first and the last cut at the ends
+/// of the interval. Times share one clock with the images; any epoch.
+///
+/// Real-time: all memory is taken by the constructor. When full, the oldest row is forgotten.
+class MotionBuffer {
+ public:
+  /// \param capacity greatest number of rows kept, at least 2
+  /// \param nominalPeriod_s how long a single row is valid [s], >= 0
+  explicit MotionBuffer(std::size_t capacity = 1024, double nominalPeriod_s = 0);
+
+  /// Adds a row. Refused (false, counted, nothing changed) when the time or the twist is not finite
+  /// or the time is not after the newest row's. \rtsafe
+  bool push(double time_s, const Twist& twist);
+
+  /// The newest row is known to hold until this time [s]; forgotten with the next `push`. \rtsafe
+  void holdUntil(double time_s) { heldUntil_s_ = time_s; }
+
+  struct Interval {
+    Motion motion;      ///< the identity with dt = 0 unless `coverage` is complete
+    Coverage coverage;  ///< complete, or why the motion is not known
+  };
+  /// Camera motion from t0 to t1 [s], t0 <= t1. \rtsafe
+  Interval motion(double t0_s, double t1_s) const;
+
+  /// End of the validity of the newest row [s]; meaningless when empty. \rtsafe
+  double end() const;
+
+  std::size_t size() const { return size_; }
+  std::size_t refused() const { return refused_; }
+  void clear();
+
+ private:
+  struct Row {
+    double time_s;
+    Twist twist;
+  };
+  const Row& row(std::size_t i) const { return rows_[(first_ + i) % rows_.size()]; }
+  double medianPeriod() const;
+
+  std::vector<Row> rows_;              // ring; row(0) is the oldest
+  std::vector<double> sortedPeriods_;  // between consecutive rows at hand
+  std::size_t first_ = 0, size_ = 0, refused_ = 0;
+  double nominalPeriod_s_;
+  double heldUntil_s_ = -std::numeric_limits<double>::infinity();
+};
+
+}  // namespace depthservo

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace depthservo {
+
+/// Velocity of the camera, expressed in the camera frame (x right, y down, z forward).
+///
+/// The order of the six components is (vx, vy, vz, wx, wy, wz), as in ViSP. A point of the scene
+/// that stands still moves in the camera frame as dp/dt = -linear - angular x p.
+struct Twist {
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   ///< [m/s]
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< [rad/s]
+
+  bool isFinite() const { return linear.allFinite() && angular.allFinite(); }
+};
+
+}  // namespace depthservo
