@@ -1,0 +1,142 @@
+#pragma once
+
+#include "depthservo/depth/DepthEstimator.h"
+
+namespace depthservo {
+
+/// Gains of the nonlinear observer, always for normalised image coordinates:
+/// `k_3 (normalised) = focal_px^2 * k_3 (pixels)`, k_1 = k_2 = k in 1/s either way.
+///
+/// With excitation W [m/s] the depth error obeys s^2 + k s + k_3 W^2 = 0: natural frequency
+/// wn = sqrt(k_3) W, damping k/(2 wn), settled to 2 % after 5.83/wn when critically damped.
+struct ObserverGains {
+  double k = 0;    ///< k_1 = k_2 [1/s], > 0
+  double k_3 = 0;  ///< [1/m^2], >= 0; used when W_min is 0
+  double W_min =
+      0;  ///< [m/s]; > 0 schedules k_3 = wn^2 / max(W^2, W_min^2), so wn does not depend on W
+  double wn = 0;  ///< [rad/s]; with scheduling, the natural frequency to keep
+
+  /// Critically damped, settled to 2 % in `settling_s` at an excitation of `W0` [m/s].
+  static ObserverGains fromSettlingTime(double settling_s, double W0);
+
+  /// The same settling time at any excitation above W_min [m/s], below which noise would be
+  /// amplified.
+  static ObserverGains scheduled(double settling_s, double W_min);
+
+  /// k_3 W^2, the squared natural frequency [1/s^2], at the squared excitation W^2 [m^2/s^2].
+  double wn2At(double W2) const;
+};
+
+/// When the observer speaks of excitation, doubts a measurement or gives a point up.
+struct NonlinearObserverOptions {
+  ObserverGains gains = ObserverGains::scheduled(1.5, 0.01);
+
+  /// Window of the excitation measure J [s]: dJ/dt = W^2 - J / window.
+  double window_s = 1;
+
+  /// A measurement is rejected when it is farther from the prediction than `gate_sigma` standard
+  /// deviations and than `gate` (normalised); after `rejectionsInARow` it is believed all the same.
+  double gate_sigma = 6;
+  double gate = 0.02;
+  int rejectionsInARow = 5;
+
+  /// White noise of measured odometry, 1 sigma per row: of the linear velocity [m/s] and of the
+  /// angular one [rad/s]. Widens sigma; and where the measured speed does not stand out of
+  /// `sigma_v` (below 5 sigma), depth is not corrected, since the noise alone would pull it to
+  /// infinity. 0: exact, or commanded.
+  double sigma_v = 0, sigma_w = 0;
+
+  /// The point is lost when it is predicted less precisely than this (1 sigma, normalised).
+  double lost_sigma = 0.1;
+};
+
+/// Nonlinear observer of (x, y, chi) by De Luca, Oriolo and Robuffo Giordano, "Feature Depth
+/// Observation for Image-based Visual Servoing", IJRR 27(10), 2008, eq. 11-14, sampled without
+/// integration error:
+///
+///   predict   (x, y, chi) <- flow of the camera's motion (exact at any frame rate)
+///   correct   nu = measured (x, y) - predicted,   b = d(x, y)/dchi over the time Dt since the last
+///   correction
+///             (x, y) += (1 - p1 p2) nu
+///             chi    += (1 - p1)(1 - p2) (b.nu)/(b.b),   p_i = exp(s_i Dt)
+///
+/// where s_i are the roots of s^2 + k s + k_3 W^2, W = |b|/Dt: the poles of the continuous
+/// observer, matched exactly, hence stable at any frame rate and gain. b is what the paper's Omega
+/// chi becomes over Dt.
+///
+/// Depth is learnt only while the camera translates across the line of sight (W > 0). The windowed
+/// measure J of W^2 tells: while k_3 J / k < 1, or without translation, the status is `unexcited`.
+///
+/// A point that passed behind the camera stays `lost` until it is measured again, and then starts
+/// anew with the depth it had.
+///
+/// sigma_chi is approximate: the variance of the linear error dynamics above (image noise as given
+/// with each measurement, prior as given), without the coupling between the two image axes. It has
+/// no share for odometry errors, which scale Z: a translation 2 % too long gives Z 2 % too large.
+class NonlinearDepthObserver : public DepthEstimator {
+ public:
+  using Options = NonlinearObserverOptions;
+
+  explicit NonlinearDepthObserver(const Options& options = {}, const DepthRange& range = {});
+
+  std::unique_ptr<DepthEstimator> clone() const override;
+  void reset(const PointMeasurement& measurement, const DepthPrior& prior) override;
+  void predict(const Motion& motion) override;
+  void correct(const PointMeasurement& measurement) override;
+  void correctDepth(const DepthPrior& measured) override;
+  DepthEstimate estimate() const override;
+
+  /// Windowed excitation J [m^2/s], see window_s.
+  double windowedExcitation() const { return J_; }
+
+ private:
+  /// `gone`: behind the camera, or moved beyond all sense; starts anew with its next measurement.
+  enum class Phase { unset, measured, coasting, vague, rejected, gone };
+
+  /// Error variances along the line b on the image (l) and of chi (c).
+  struct LineVariance {
+    double ll = 0, lc = 0, cc = 0;
+  };
+  LineVariance predictedVariance() const;
+
+  /// What the discrete poles p_i = exp(s_i Dt), s^2 + k s + wn^2 = 0, ask of the gains. Made anew
+  /// only when Dt or wn^2 change: at a steady frame rate the exponentials, which cost most, stay.
+  struct PoleMatchedGains {
+    double Dt = 0, wn2 = 0;
+    double point = 0;  // 1 - p1 p2
+    double chi = 0;    // (1 - p1)(1 - p2)
+    void match(double k, double squaredFrequency, double duration_s);
+  };
+
+  /// Share of the window that a duration takes up; kept likewise.
+  struct WindowShare {
+    double dt = 0, share = 0;
+    double of(double duration_s, double window_s);
+  };
+  bool isExcited() const;
+  double trustIn(const Motion& motion) const;  // 0: it may be all noise, 1: noise does not matter
+
+  Options options_;
+  DepthRange range_;
+  PointState point_;
+  Phase phase_ = Phase::unset;
+  LineVariance variance_;   // at the last correction
+  LineVariance predicted_;  // now
+  PoleMatchedGains gains_;
+  WindowShare windowShare_;
+
+  // Since the last correction: time, and derivative of the composed flow by chi.
+  double elapsed_s_ = 0;
+  Eigen::Vector3d J_point_chi_ = Eigen::Vector3d::UnitZ();
+  double trust_ = 1;             // the least of its motions
+  double odometryVariance_ = 0;  // of one image axis
+
+  double W_ = 0;             // excitation over the last motion [m/s]
+  double J_ = 0;             // windowed W^2 [m^2/s]
+  double windowFilled_ = 0;  // fraction of the window seen so far, 0..1
+  double windowedDecay_ =
+      0;                // windowed k_3 W^2 / k: decay exponent of the depth error over the window
+  int rejections_ = 0;  // in a row
+};
+
+}  // namespace depthservo
