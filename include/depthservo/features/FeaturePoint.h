@@ -1,0 +1,127 @@
+#pragma once
+
+#include <visp3/core/vpCameraParameters.h>
+#include <visp3/visual_features/vpFeaturePoint.h>
+
+#include <memory>
+
+#include "depthservo/depth/DepthEstimator.h"
+#include "depthservo/visp.h"
+
+namespace depthservo {
+
+/// Which depth a task is given: the estimate blended with the desired depth, or the estimate alone.
+enum class ServoDepth { blended, observed };
+
+/// A vpFeaturePoint that observes its own depth. In an existing ViSP loop the type changes and one
+/// line is new:
+///
+///     depthservo::FeaturePoint s[4];                  // was: vpFeaturePoint s[4];
+///     ...
+///     vpFeatureBuilder::create(s[i], cam, dot[i]);    // unchanged
+///     s[i].observe(v, dt);                            // new: twist applied since the previous
+///     image v = task.computeControlLaw();                   // unchanged; uses the observed depth
+///
+/// The twist is the camera's own, in the camera frame, as really applied (after saturation); zero
+/// for the first image. Joint robots: `cameraTwist(cVe, eJe, qdot)`. The target stands still. Until
+/// the first `observe` everything is exactly as with vpFeaturePoint.
+///
+/// `set_Z` before the first `observe` is the guess; any guess will do. `set_Z` after it starts the
+/// depth anew there. `observe` without a new x and y predicts: the point is hidden, and (x, y)
+/// moves to where it must be, so that the servo goes on; likewise when the measurement is rejected.
+///
+/// The task must use the features' own interaction matrix:
+/// `task.setInteractionMatrixType(vpServo::CURRENT)` or MEAN. ViSP's default, DESIRED, never reads
+/// it: `depthUnused()` tells. Declare features before the task, as with ViSP's own.
+///
+/// Real-time: `observe` does not allocate, throw, lock or print. What reaches ViSP is always
+/// finite, with Z within the range. One thread per object; copies are independent.
+class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
+ public:
+  /// Observes with a NonlinearDepthObserver.
+  FeaturePoint();
+
+  /// Observes with a copy of `estimator`. \param range depths that may reach ViSP [m]
+  explicit FeaturePoint(const DepthEstimator& estimator, const DepthRange& range = {});
+
+  FeaturePoint(const FeaturePoint& other);
+  FeaturePoint& operator=(const FeaturePoint& other);
+  ~FeaturePoint() override = default;
+
+  /// Takes the camera twist (6: vx vy vz wx wy wz [m/s, rad/s], camera frame) that was applied for
+  /// dt [s] since the previous image, and the x and y set since then. A twist of another size, a
+  /// value that is not finite or dt <= 0 is counted (`refused`) and leaves the estimate as it was.
+  /// \rtsafe
+  void observe(const DEPTHSERVO_VISP vpColVector& twist, double dt);
+
+  /// The same from the motion itself. \rtsafe
+  void observe(const Motion& motion);
+
+  /// Fuses a depth measured now, e.g. by a range sensor. \param Z, sigma_Z [m], > 0 \rtsafe
+  void setDepth(double Z, double sigma_Z);
+
+  /// Depth at the goal [m]. While the observed depth is vague the servo uses a blend of both,
+  /// weighted by their variances (that of the desired one being 0.7/Z); `estimate()` is never
+  /// blended. Without this call the depth of the desired feature met in `error` serves. \rtsafe
+  void setDesiredDepth(double Z);
+
+  /// What the servo is given while the observed depth is vague: the blend (default), or the
+  /// estimate as it is. \rtsafe
+  void setServoDepth(ServoDepth choice) { servoDepthChoice_ = choice; }
+
+  /// Image noise: standard deviation per axis [px], > 0. Default 8e-4 normalised (0.5 px at 600
+  /// px). \rtsafe
+  void setNoise(double sigma_px, const DEPTHSERVO_VISP vpCameraParameters& cam);
+
+  /// The point and its depth at the last `observe`; status `unset` before the first.
+  const DepthEstimate& estimate() const { return estimate_; }
+
+  /// True when the task computes errors with this feature without ever asking for its interaction
+  /// matrix, as vpServo does in its default mode DESIRED and in USER_DEFINED: the observed depth is
+  /// then not used.
+  bool depthUnused() const { return depthUnused_; }
+
+  /// Calls of `observe` whose twist or dt could not be used.
+  unsigned refused() const { return refused_; }
+
+  void init() override;
+  FeaturePoint* duplicate() const override;
+  DEPTHSERVO_VISP vpMatrix interaction(unsigned int select = FEATURE_ALL) override;
+  DEPTHSERVO_VISP vpColVector error(const DEPTHSERVO_VISP vpBasicFeature& s_star,
+                                    unsigned int select = FEATURE_ALL) override;
+  void print(unsigned int select = FEATURE_ALL) const override;
+  void display(const DEPTHSERVO_VISP vpCameraParameters& cam,
+               const DEPTHSERVO_VISP vpImage<unsigned char>& I,
+               const DEPTHSERVO_VISP vpColor& color = DEPTHSERVO_VISP vpColor::green,
+               unsigned int thickness = 1) const override;
+  void display(const DEPTHSERVO_VISP vpCameraParameters& cam,
+               const DEPTHSERVO_VISP vpImage<DEPTHSERVO_VISP vpRGBa>& I,
+               const DEPTHSERVO_VISP vpColor& color = DEPTHSERVO_VISP vpColor::green,
+               unsigned int thickness = 1) const override;
+
+ private:
+  friend class FeaturePointGroup;
+
+  /// What the user has set since the last `observe`.
+  bool hasNewPoint() const { return flags[0] && flags[1]; }
+  bool hasNewDepth() const;
+  PointMeasurement measurement() const { return {s[0], s[1], sigma_}; }
+
+  /// Hands an estimate to ViSP and forgets what was set.
+  void publish(const DepthEstimate& estimate);
+  double servoDepth() const;
+
+  std::unique_ptr<DepthEstimator> estimator_;  // none in a group, which has one for all
+  DepthRange range_;
+  DepthEstimate estimate_;
+  double sigma_;          // image noise, normalised
+  double Z_written_;      // by `publish`; any other value was set by the user
+  double Z_usable_;       // the last value that ViSP can use
+  double Z_desired_ = 0;  // [m]; 0 when unknown
+  ServoDepth servoDepthChoice_ = ServoDepth::blended;
+  bool desiredIsGiven_ = false;  // by setDesiredDepth
+  bool interactionAsked_ = false, depthUnused_ = false;
+  unsigned refused_ = 0;
+};
+
+}  // namespace depthservo

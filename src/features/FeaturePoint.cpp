@@ -1,0 +1,215 @@
+#include "depthservo/features/FeaturePoint.h"
+
+#include <visp3/core/vpDisplay.h>
+#include <visp3/core/vpMeterPixelConversion.h>
+
+#include <cmath>
+#include <iostream>
+
+#include "depthservo/depth/NonlinearDepthObserver.h"
+#include "features/toTwist.h"
+
+#ifdef VISP_NAMESPACE_NAME
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+namespace {
+
+constexpr double kDefaultSigma = 8e-4;  // 0.5 px at a focal length of 600 px
+
+/// Sigma of the desired inverse depth, as a fraction of it, in the blend.
+constexpr double kDesiredRelativeSigma = 0.7;
+
+/// ViSP refuses Z below this [m].
+constexpr double kSmallestZ = 1e-6;
+
+bool isUsableDepth(double Z) { return std::isfinite(Z) && Z >= kSmallestZ; }
+
+/// Whether the estimate is of a point that was measured (and believed) in the last image.
+bool isMeasured(DepthStatus status) {
+  return status == DepthStatus::converging || status == DepthStatus::valid ||
+         status == DepthStatus::unexcited;
+}
+
+template <typename Pixel>
+void displayDepth(const DepthEstimate& estimate, const vpCameraParameters& cam,
+                  const vpImage<Pixel>& I, const vpColor& color) {
+  vpImagePoint point;
+  vpMeterPixelConversion::convertPoint(cam, estimate.x, estimate.y, point);
+  char text[64];
+  std::snprintf(text, sizeof text, "%.2f +- %.2f m", estimate.Z(), 2 * estimate.sigma_Z());
+  vpDisplay::displayText(I, point + vpImagePoint(-10, 10), text, color);
+}
+
+}  // namespace
+
+FeaturePoint::FeaturePoint() : FeaturePoint(NonlinearDepthObserver()) {}
+
+FeaturePoint::FeaturePoint(const DepthEstimator& estimator, const DepthRange& range)
+    : estimator_(estimator.clone()),
+      range_(range),
+      sigma_(kDefaultSigma),
+      Z_written_(get_Z()),
+      Z_usable_(get_Z()) {}
+
+FeaturePoint::FeaturePoint(const FeaturePoint& other) : FeaturePoint() { *this = other; }
+
+FeaturePoint& FeaturePoint::operator=(const FeaturePoint& other) {
+  if (this == &other) return *this;
+  vpFeaturePoint::operator=(other);
+  deallocate = user;  // this object belongs to whoever declared it, whoever owned the other
+  for (unsigned i = 0; i < nbParameters; ++i) flags[i] = other.flags[i];
+  estimator_ = other.estimator_ ? other.estimator_->clone() : nullptr;
+  range_ = other.range_;
+  estimate_ = other.estimate_;
+  sigma_ = other.sigma_;
+  Z_written_ = other.Z_written_;
+  Z_usable_ = other.Z_usable_;
+  Z_desired_ = other.Z_desired_;
+  servoDepthChoice_ = other.servoDepthChoice_;
+  desiredIsGiven_ = other.desiredIsGiven_;
+  interactionAsked_ = other.interactionAsked_;
+  depthUnused_ = other.depthUnused_;
+  refused_ = other.refused_;
+  return *this;
+}
+
+void FeaturePoint::init() {
+  vpFeaturePoint::init();
+  estimate_ = {};
+  Z_written_ = Z_usable_ = get_Z();
+  Z_desired_ = 0;
+  desiredIsGiven_ = interactionAsked_ = depthUnused_ = false;
+  refused_ = 0;
+}
+
+FeaturePoint* FeaturePoint::duplicate() const { return new FeaturePoint(*this); }
+
+bool FeaturePoint::hasNewDepth() const {
+  const double depth = get_Z();
+  return depth != Z_written_ && isUsableDepth(depth);
+}
+
+void FeaturePoint::observe(const vpColVector& twist, double dt) {
+  // An unusable twist or duration gives a motion without duration, which is refused.
+  observe(isTwist(twist) && dt > 0 ? Motion::fromTwist(toTwist(twist), dt) : Motion());
+}
+
+void FeaturePoint::observe(const Motion& motion) {
+  const bool isUsable = motion.isUsable();
+  if (!isUsable) ++refused_;
+  if (!estimator_) return;  // a member of a group is observed by its group
+
+  if (!isUsable) {
+    publish(estimate_);
+  } else if (estimate_.status == DepthStatus::unset) {
+    const bool isStart = hasNewPoint() && measurement().isUsable();
+    if (isStart) estimator_->reset(measurement(), {get_Z()});
+    publish(isStart ? estimator_->estimate() : estimate_);
+  } else {
+    estimator_->predict(motion);
+    if (hasNewDepth()) {
+      const DepthEstimate now = estimator_->estimate();
+      const bool isMeasuredNow = hasNewPoint() && measurement().isUsable();
+      estimator_->reset(isMeasuredNow ? measurement() : PointMeasurement{now.x, now.y, sigma_},
+                        {get_Z()});
+    } else if (hasNewPoint()) {
+      estimator_->correct(measurement());
+    }
+    publish(estimator_->estimate());
+  }
+}
+
+void FeaturePoint::publish(const DepthEstimate& estimate) {
+  const bool isNew = hasNewPoint() && measurement().isUsable();
+  estimate_ = estimate;
+  if (estimate_.status == DepthStatus::unset) {
+    if (!measurement().isUsable()) {
+      set_x(0);
+      set_y(0);
+    }
+    if (!isUsableDepth(get_Z())) set_Z(Z_usable_);
+    return;
+  }
+  if (!isNew || !isMeasured(estimate_.status)) {
+    set_x(estimate_.x);
+    set_y(estimate_.y);
+  }
+  Z_written_ = Z_usable_ = servoDepth();
+  set_Z(Z_written_);
+  resetFlags();
+}
+
+double FeaturePoint::servoDepth() const {
+  if (servoDepthChoice_ == ServoDepth::observed || !(Z_desired_ > 0))
+    return 1 / range_.clampChi(estimate_.chi);
+  const double chi_desired = range_.clampChi(1 / Z_desired_);
+  const double variance = estimate_.sigma_chi * estimate_.sigma_chi;
+  const double variance_desired = std::pow(kDesiredRelativeSigma * chi_desired, 2);
+  const double chi =
+      (estimate_.chi * variance_desired + chi_desired * variance) / (variance + variance_desired);
+  return 1 / range_.clampChi(chi);
+}
+
+void FeaturePoint::setDepth(double depth, double sigma_depth) {
+  if (!estimator_ || estimate_.status == DepthStatus::unset) return;
+  if (!isUsableDepth(depth) || !(sigma_depth > 0) || !std::isfinite(sigma_depth)) return;
+  estimator_->correctDepth({depth, sigma_depth / (depth * depth)});
+  estimate_ = estimator_->estimate();
+  set_Z(servoDepth());
+  Z_written_ = Z_usable_ = get_Z();
+}
+
+void FeaturePoint::setDesiredDepth(double depth) {
+  if (!isUsableDepth(depth)) return;
+  Z_desired_ = depth;
+  desiredIsGiven_ = true;
+}
+
+void FeaturePoint::setNoise(double sigma_px, const vpCameraParameters& cam) {
+  const double sigma = sigma_px / std::sqrt(std::abs(cam.get_px() * cam.get_py()));
+  if (sigma > 0 && std::isfinite(sigma)) sigma_ = sigma;
+}
+
+vpMatrix FeaturePoint::interaction(unsigned int select) {
+  interactionAsked_ = true;
+  if (isUsableDepth(get_Z())) {
+    Z_usable_ = get_Z();
+  } else {
+    set_Z(Z_usable_);
+  }
+  setFlags();  // so that ViSP's debug builds do not warn about a Z that was observed, not set
+  return vpFeaturePoint::interaction(select);
+}
+
+vpColVector FeaturePoint::error(const vpBasicFeature& s_star, unsigned int select) {
+  depthUnused_ = !interactionAsked_;
+  interactionAsked_ = false;
+  if (!desiredIsGiven_) {
+    const auto* desired = dynamic_cast<const vpFeaturePoint*>(&s_star);
+    if (desired && isUsableDepth(desired->get_Z())) Z_desired_ = desired->get_Z();
+  }
+  return vpFeaturePoint::error(s_star, select);
+}
+
+void FeaturePoint::print(unsigned int select) const {
+  vpFeaturePoint::print(select);
+  if (estimate_.status == DepthStatus::unset) return;
+  std::cout << "Observed: Z=" << estimate_.Z() << " sigma_Z=" << estimate_.sigma_Z() << " ("
+            << toString(estimate_.status) << ")" << std::endl;
+}
+
+void FeaturePoint::display(const vpCameraParameters& cam, const vpImage<unsigned char>& I,
+                           const vpColor& color, unsigned int thickness) const {
+  vpFeaturePoint::display(cam, I, color, thickness);
+  if (estimate_.status != DepthStatus::unset) displayDepth(estimate_, cam, I, color);
+}
+
+void FeaturePoint::display(const vpCameraParameters& cam, const vpImage<vpRGBa>& I,
+                           const vpColor& color, unsigned int thickness) const {
+  vpFeaturePoint::display(cam, I, color, thickness);
+  if (estimate_.status != DepthStatus::unset) displayDepth(estimate_, cam, I, color);
+}
+
+}  // namespace depthservo

@@ -1,0 +1,77 @@
+#include "depthservo/features/FeaturePointGroup.h"
+
+#include "features/toTwist.h"
+
+#ifdef VISP_NAMESPACE_NAME
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+
+FeaturePointGroup::FeaturePointGroup(const PointSetEstimator& estimator, std::size_t count)
+    : estimator_(estimator.clone()), features_(count) {
+  estimator_->reset();
+  for (FeaturePoint& feature : features_) {
+    feature.estimator_ = nullptr;
+    feature.range_ = estimator_->range();
+  }
+  observations_.reserve(count);
+}
+
+void FeaturePointGroup::observe(const vpColVector& twist, double dt) {
+  observe(isTwist(twist) && dt > 0 ? Motion::fromTwist(toTwist(twist), dt) : Motion());
+}
+
+void FeaturePointGroup::observe(const Motion& motion) {
+  if (!motion.isUsable()) {
+    for (FeaturePoint& feature : features_) {
+      ++feature.refused_;
+      feature.publish(feature.estimate_);
+    }
+    return;
+  }
+  odometry_.push(clock_s_, motion.twist());
+  clock_s_ += motion.dt;
+  odometry_.holdUntil(clock_s_);
+  observe(odometry_, clock_s_);
+}
+
+Coverage FeaturePointGroup::observe(const MotionBuffer& odometry, double time_s) {
+  return observe(odometry, time_s, time_s);
+}
+
+Coverage FeaturePointGroup::observe(const MotionBuffer& odometry, double exposure_s, double now_s) {
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    const FeaturePoint& feature = features_[i];
+    const bool isFirst = feature.estimate_.status == DepthStatus::unset;
+    if (isFirst || feature.hasNewDepth()) {
+      estimator_->setPrior(static_cast<int>(i), {feature.get_Z()});
+    }
+  }
+  const Coverage coverage = estimator_->advance(odometry, exposure_s);
+  if (coverage == Coverage::afterEnd || coverage == Coverage::reversed) {
+    for (FeaturePoint& feature : features_) feature.publish(feature.estimate_);
+    return coverage;
+  }
+  observations_.clear();
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    if (features_[i].hasNewPoint()) {
+      observations_.push_back({static_cast<int>(i), features_[i].measurement()});
+    }
+  }
+  estimator_->correct(observations_);
+  const bool isLate = now_s > exposure_s;
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    const int id = static_cast<int>(i);
+    if (isLate) features_[i].resetFlags();  // what was measured then is not where the point is now
+    features_[i].publish(isLate ? estimator_->estimate(id, odometry, now_s)
+                                : estimator_->estimate(id));
+  }
+  return coverage;
+}
+
+void FeaturePointGroup::setDepth(std::size_t i, double Z, double sigma_Z) {
+  estimator_->correctDepth(static_cast<int>(i), {Z, sigma_Z / (Z * Z)});
+}
+
+}  // namespace depthservo

@@ -1,0 +1,14 @@
+#include "depthservo/features/cameraTwist.h"
+
+#ifdef VISP_NAMESPACE_NAME
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+
+vpColVector cameraTwist(const vpVelocityTwistMatrix& cVe, const vpMatrix& eJe,
+                        const vpColVector& qdot) {
+  return cVe * (eJe * qdot);
+}
+
+}  // namespace depthservo

@@ -1,0 +1,128 @@
+// Nothing in the loop may touch the heap. Counted for the whole program, C allocations included.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "depthservo/depth/ConstantDepth.h"
+#include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/depth/PointwiseEstimator.h"
+#include "depthservo/features/FeaturePoint.h"
+#include "depthservo/features/FeaturePointGroup.h"
+#include "support/AllocationCounter.h"
+
+#ifdef VISP_NAMESPACE_NAME
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+namespace {
+
+constexpr int kIterations = 100000;
+constexpr double kDt = 1. / 30;
+
+Twist twistAt(int i) { return {{.1 * std::cos(.01 * i), .05 * std::sin(.01 * i), 0}, {0, 0, .01}}; }
+PointMeasurement measurementAt(int i) {
+  // Jumps and rubbish now and then: all paths count.
+  const double x = i % 97 == 0 ? NAN : i % 31 == 0 ? 3. : .1 * std::cos(.001 * i);
+  return {x, .1, 8e-4};
+}
+
+TEST(AllocationCounter, seesThoseOfCxxAndOfViSP) {
+  const std::size_t before = test::allocations();
+  ::operator delete(::operator new(8));
+  const std::size_t between = test::allocations();
+  { const vpColVector v(6, 0.); }
+  EXPECT_GT(between, before);
+  EXPECT_GT(test::allocations(), between);
+}
+
+TEST(Allocations, noneInPredictAndCorrectOfAnyEstimator) {
+  std::vector<std::unique_ptr<DepthEstimator>> estimators;
+  estimators.push_back(std::make_unique<NonlinearDepthObserver>());
+  estimators.push_back(std::make_unique<ConstantDepth>());
+  for (const auto& estimator : estimators) {
+    double sum = 0;
+    const std::size_t before = test::allocations();
+    estimator->reset({.1, .1, 8e-4}, {2});
+    for (int i = 0; i < kIterations; ++i) {
+      estimator->predict(Motion::fromTwist(twistAt(i), i % 89 == 0 ? -1 : kDt));
+      if (i % 7 != 0) estimator->correct(measurementAt(i));
+      if (i % 101 == 0) estimator->correctDepth({1.5, .1});
+      sum += estimator->estimate().Z();
+    }
+    EXPECT_EQ(test::allocations() - before, 0u);
+    EXPECT_TRUE(std::isfinite(sum));
+  }
+}
+
+TEST(Allocations, noneInAdvanceAndCorrectOfASet) {
+  PointwiseEstimator points(NonlinearDepthObserver(), 4);
+  MotionBuffer odometry(256);
+  std::vector<PointObservation> seen;
+  seen.reserve(5);
+  const std::size_t before = test::allocations();
+  for (int i = 0; i < kIterations; ++i) {
+    odometry.push(i * kDt, twistAt(i));
+    points.advance(odometry, i * kDt);
+    seen.clear();
+    for (int id = 0; id < 5; ++id) {  // one more than there is room for
+      if ((i + id) % 9 != 0) seen.push_back({id, measurementAt(i + id)});
+    }
+    points.correct(seen);
+    points.estimate(2, odometry, i * kDt + .01);
+  }
+  EXPECT_EQ(test::allocations() - before, 0u);
+}
+
+TEST(Allocations, noneInObserveOfAFeature) {
+  FeaturePoint s;
+  vpColVector v(6, 0.), wrong(3, 0.);
+  const std::size_t before = test::allocations();
+  for (int i = 0; i < kIterations; ++i) {
+    const PointMeasurement m = measurementAt(i);
+    v[0] = twistAt(i).linear.x();
+    if (i % 7 != 0) {
+      s.set_x(m.x);
+      s.set_y(m.y);
+    }
+    if (i % 1009 == 0) s.set_Z(i % 2 ? 2. : NAN);
+    if (i % 211 == 0) s.setDepth(1.5, .1);
+    s.observe(i % 501 == 0 ? wrong : v, kDt);
+  }
+  EXPECT_EQ(test::allocations() - before, 0u);
+}
+
+TEST(Allocations, noneInObserveOfAGroup) {
+  FeaturePointGroup s(PointwiseEstimator(NonlinearDepthObserver(), 4), 4);
+  vpColVector v(6, 0.);
+  const std::size_t before = test::allocations();
+  for (int i = 0; i < kIterations; ++i) {
+    v[0] = twistAt(i).linear.x();
+    for (int j = 0; j < 4; ++j) {
+      const PointMeasurement m = measurementAt(i + j);
+      if ((i + j) % 7 == 0) continue;
+      s[static_cast<std::size_t>(j)].set_x(m.x);
+      s[static_cast<std::size_t>(j)].set_y(m.y);
+    }
+    s.observe(v, i % 301 == 0 ? -1 : kDt);
+  }
+  EXPECT_EQ(test::allocations() - before, 0u);
+}
+
+TEST(Allocations, interactionMakesNoMoreThanTheBaseClass) {
+  vpFeaturePoint plain;
+  FeaturePoint ours;
+  const auto count = [](vpFeaturePoint& s) {
+    s.buildFrom(.1, .2, 1);
+    const std::size_t before = test::allocations();
+    s.interaction();
+    return test::allocations() - before;
+  };
+  count(plain);
+  EXPECT_LE(count(ours), count(plain));
+}
+
+}  // namespace
+}  // namespace depthservo

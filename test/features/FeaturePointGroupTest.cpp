@@ -1,0 +1,187 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/depth/PointwiseEstimator.h"
+#include "depthservo/features/FeaturePointGroup.h"
+#include "support/FourPointScene.h"
+#include "support/StillPoint.h"
+
+namespace depthservo {
+namespace {
+
+using namespace test;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+FeaturePointGroup pointwiseGroup(std::size_t n) {
+  return FeaturePointGroup(PointwiseEstimator(NonlinearDepthObserver(), n), n);
+}
+
+Twist twistAt(double t) { return {{.1 * std::cos(t), .05, .08}, {.05, -.1 * std::sin(t), .2}}; }
+
+vpColVector vispTwist(const Twist& u) {
+  vpColVector v(6);
+  for (unsigned j = 0; j < 3; ++j) {
+    v[j] = u.linear[j];
+    v[j + 3] = u.angular[j];
+  }
+  return v;
+}
+
+void measure(FeaturePoint& s, const StillPoint& p) {
+  s.set_x(p.x());
+  s.set_y(p.y());
+}
+
+TEST(FeaturePointGroup, isTheSameAsItsFeaturesOneByOne) {
+  FeaturePointGroup group = pointwiseGroup(3);
+  std::vector<FeaturePoint> single(3);
+  std::vector<StillPoint> points{StillPoint::at(.1, -.1, 1), StillPoint::at(-.1, .1, 2),
+                                 StillPoint::at(.2, .1, .7)};
+  for (std::size_t i = 0; i < 3; ++i) {
+    group[i].set_Z(1.5 + static_cast<double>(i));
+    single[i].set_Z(1.5 + static_cast<double>(i));
+  }
+  for (int k = 0; k < 200; ++k) {
+    const Twist twist = twistAt(k * kPeriod_s);
+    for (std::size_t i = 0; i < 3; ++i) {
+      points[i].move(twist, kPeriod_s);
+      const bool isHidden = i == 1 && k > 50 && k < 70;
+      const bool isJump = i == 0 && k == 100;
+      if (isHidden) continue;
+      for (FeaturePoint* s : {&group[i], &single[i]}) {
+        measure(*s, points[i]);
+        if (isJump) s->set_x(2);
+        if (i == 2 && k == 120) s->set_Z(3);
+      }
+    }
+    group.observe(vispTwist(twist), kPeriod_s);
+    for (FeaturePoint& s : single) s.observe(vispTwist(twist), kPeriod_s);
+    for (std::size_t i = 0; i < 3; ++i) {
+      ASSERT_NEAR(group[i].estimate().chi, single[i].estimate().chi, 1e-12) << k << ", point " << i;
+      ASSERT_NEAR(group[i].estimate().sigma_chi, single[i].estimate().sigma_chi, 1e-12);
+      ASSERT_NEAR(group[i].get_x(), single[i].get_x(), 1e-12);
+      ASSERT_NEAR(group[i].get_y(), single[i].get_y(), 1e-12);
+      ASSERT_NEAR(group[i].get_Z(), single[i].get_Z(), 1e-12);
+      ASSERT_EQ(group[i].estimate().status, single[i].estimate().status) << k << ", point " << i;
+    }
+  }
+}
+
+TEST(FeaturePointGroup, servoConvergesFromAnyGuess) {
+  for (double guess : {3.0, 0.3, 0.0, -1.0, kNaN, kInf}) {
+    FeaturePointGroup s = pointwiseGroup(4);
+    for (std::size_t i = 0; i < 4; ++i) s[i].set_Z(guess);
+    const ServoOutcome outcome =
+        servo(s, vpServo::CURRENT, 400, [&](std::size_t i, const vpColVector& v) {
+          if (i == 3) s.observe(v, kPeriod_s);
+        });
+    EXPECT_LT(outcome.error, 1.5e-3) << guess;
+    for (double error : outcome.relativeDepth) EXPECT_LT(std::abs(error), 0.03) << guess;
+  }
+}
+
+TEST(FeaturePointGroup, observeOfAMemberDoesNothing) {
+  FeaturePointGroup s = pointwiseGroup(1);
+  s[0].set_x(.1);
+  s[0].set_y(.2);
+  s[0].observe(vpColVector(6, 0.), kPeriod_s);
+  EXPECT_EQ(s[0].estimate().status, DepthStatus::unset);
+  s.observe(vpColVector(6, 0.), kPeriod_s);
+  EXPECT_NE(s[0].estimate().status, DepthStatus::unset) << "its measurement was not lost";
+}
+
+TEST(FeaturePointGroup, countsWhatItRefusesAndGoesOn) {
+  FeaturePointGroup s = pointwiseGroup(1);
+  StillPoint point = StillPoint::at(.1, .1, 1.3);
+  const Twist lateral{{.1, .03, 0}, {0, 0, 0}};
+  measure(s[0], point);
+  s.observe(vispTwist(lateral), kPeriod_s);
+  unsigned refused = 0;
+  for (double dt : {0.0, -1.0, kNaN, kInf, 1e300, 1e150}) {
+    s.observe(vispTwist(lateral), dt);
+    EXPECT_EQ(s[0].refused(), ++refused) << dt;
+  }
+  s.observe(vpColVector(6, kNaN), kPeriod_s);
+  s.observe(vpColVector(4, .1), kPeriod_s);
+  EXPECT_EQ(s[0].refused(), refused + 2);
+  for (int k = 0; k < 120; ++k) {
+    point.move(lateral, kPeriod_s);
+    measure(s[0], point);
+    s.observe(vispTwist(lateral), kPeriod_s);
+  }
+  EXPECT_NEAR(s[0].get_Z(), 1.3, 0.03);
+}
+
+TEST(FeaturePointGroup, imagesThatArriveLateArePredictedToNow) {
+  // Exposed 80 ms before they are handed over; odometry at 100 Hz is at hand until now.
+  FeaturePointGroup s = pointwiseGroup(1);
+  MotionBuffer odometry;
+  StillPoint exposed = StillPoint::at(.1, -.1, 1.2), now = exposed;
+  const double delay = 0.08, epoch_s = 1.3e9;
+  for (int i = 0; i < 600; ++i) odometry.push(epoch_s + .01 * i, twistAt(.01 * i + .005));
+  now.move(twistAt, 0, delay);
+  for (int k = 0; k < 120; ++k) {
+    const double t = k * kPeriod_s;
+    if (k > 0) {
+      exposed.move(twistAt, t - kPeriod_s, t);
+      now.move(twistAt, t - kPeriod_s + delay, t + delay);
+    }
+    measure(s[0], exposed);
+    ASSERT_EQ(s.observe(odometry, epoch_s + t, epoch_s + t + delay), Coverage::complete);
+  }
+  EXPECT_NEAR(s[0].get_x(), now.x(), 2e-4);
+  EXPECT_NEAR(s[0].get_y(), now.y(), 2e-4);
+  EXPECT_NEAR(s[0].get_Z() / now.Z(), 1, 0.02);
+  EXPECT_GT(std::hypot(now.x() - exposed.x(), now.y() - exposed.y()), 5e-3) << "it does matter";
+}
+
+TEST(FeaturePointGroup, lateOdometryKeepsTheEstimatesAndSaysSo) {
+  FeaturePointGroup s = pointwiseGroup(1);
+  MotionBuffer odometry;
+  odometry.push(0, {{.1, 0, 0}, {0, 0, 0}});
+  odometry.push(.1, {{.1, 0, 0}, {0, 0, 0}});
+  measure(s[0], StillPoint::at(.1, .1, 1));
+  EXPECT_EQ(s.observe(odometry, 0), Coverage::complete);
+  const DepthEstimate before = s[0].estimate();
+  measure(s[0], StillPoint::at(.05, .1, 1));
+  EXPECT_EQ(s.observe(odometry, 1), Coverage::afterEnd);
+  EXPECT_EQ(s[0].estimate().chi, before.chi);
+  EXPECT_EQ(s[0].estimate().x, before.x);
+  EXPECT_EQ(s.observe(odometry, -1), Coverage::reversed);
+  EXPECT_EQ(s[0].estimate().chi, before.chi);
+}
+
+TEST(FeaturePointGroup, odometryThatStartsLaterStartsAnew) {
+  FeaturePointGroup s = pointwiseGroup(1);
+  s[0].set_Z(2.5);
+  measure(s[0], StillPoint::at(.1, .1, 1));
+  MotionBuffer odometry;
+  odometry.push(5, {});
+  odometry.push(6, {});
+  s.observe(odometry, 0);
+  measure(s[0], StillPoint::at(.3, .1, 1));
+  EXPECT_EQ(s.observe(odometry, 1), Coverage::beforeStart);
+  EXPECT_EQ(s[0].get_x(), .3) << "not rejected as a jump";
+  EXPECT_NEAR(s[0].estimate().Z(), 2.5, 1e-12);
+}
+
+TEST(FeaturePointGroup, setDepthIsFusedIntoThatPoint) {
+  FeaturePointGroup s = pointwiseGroup(2);
+  for (std::size_t i = 0; i < 2; ++i) measure(s[i], StillPoint::at(.1, .1, 1));
+  s.observe(vpColVector(6, 0.), kPeriod_s);
+  s.setDepth(1, 2, 1e-3);
+  for (double bad : {kNaN, kInf, 0.0, -1.0}) s.setDepth(1, bad, 1e-3);
+  for (std::size_t i = 0; i < 2; ++i) measure(s[i], StillPoint::at(.1, .1, 1));
+  s.observe(vpColVector(6, 0.), kPeriod_s);
+  EXPECT_NEAR(s[0].estimate().Z(), 1, 1e-9);
+  EXPECT_NEAR(s[1].estimate().Z(), 2, 1e-3);
+}
+
+}  // namespace
+}  // namespace depthservo
