@@ -1,0 +1,35 @@
+#pragma once
+
+#include <visp3/core/vpMatrix.h>
+#include <visp3/core/vpVelocityTwistMatrix.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "depthservo/motion/Twist.h"
+#include "depthservo/visp.h"
+
+namespace depthservo {
+
+/// A simulated robot that carries a camera, as a servo loop sees it: it is driven by n velocities
+/// qdot, and the camera's twist is cVe eJe qdot.
+class CameraRobot {
+ public:
+  virtual ~CameraRobot() = default;
+
+  /// Moves for dt [s] with the command qdot (n velocities), after limits and actuators. A command
+  /// that is not finite or of another size stops the robot. Returns the velocities really applied.
+  virtual Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) = 0;
+
+  /// Velocities applied by the last `drive`; n zeros before.
+  virtual Eigen::VectorXd velocity() const = 0;
+
+  /// Camera twist at the velocities qdot, in the camera frame.
+  virtual Twist cameraTwist(const Eigen::VectorXd& velocity) const = 0;
+
+  virtual Eigen::Isometry3d wMc() const = 0;         ///< pose of the camera in the world (z up)
+  virtual DEPTHSERVO_VISP vpMatrix eJe() const = 0;  ///< 6xn
+  virtual DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const = 0;  ///< 6x6
+};
+
+}  // namespace depthservo
