@@ -1,0 +1,318 @@
+#include "depthservo/simulation/SyntheticCamera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "depthservo/motion/Motion.h"
+
+#ifdef ENABLE_VISP_NAMESPACE
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+namespace {
+
+/// Instants per pixel of motion blur, and the most for one dot.
+constexpr double kInstantsPerPixel = 2;
+constexpr int kMostInstants = 128;
+
+/// Semi-axis [px] below which a disc is not drawn, and below which its pixels are sampled.
+constexpr double kThinnest = 1e-3;
+constexpr double kThin = 1;
+constexpr int kSamples = 8;
+
+/// log2 of the number of noise values; 5 of these indices fit in one random word.
+constexpr int kNoiseBits = 12;
+constexpr std::size_t kNoisePerWord = 64 / kNoiseBits;
+
+void require(bool isMet, const char* what) {
+  if (!isMet) throw std::invalid_argument(std::string("SyntheticCamera: ") + what);
+}
+
+/// Half-open range of pixels.
+struct PixelBox {
+  int left, top, right, bottom;
+  int width() const { return right - left; }
+  bool isEmpty() const { return left >= right || top >= bottom; }
+};
+
+PixelBox intersect(double left, double top, double right, double bottom,
+                   const PinholeCamera& camera) {
+  const auto cut = [](double x, int size) {
+    return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(size)));
+  };
+  return {cut(left, camera.width), cut(top, camera.height), cut(right, camera.width),
+          cut(bottom, camera.height)};
+}
+
+/// Adds `weight` times the covered part of every pixel of the box.
+class Coverage {
+ public:
+  explicit Coverage(const Ellipse& ellipse)
+      : centre_(ellipse.centre.cast<float>()),
+        inverse_(ellipse.shape.inverse().cast<float>()),
+        isThin_(!(ellipse.semiAxes().y() > kThin)) {}
+
+  void addTo(float* coverage, const PixelBox& box, float weight) const {
+    for (int v = box.top; v < box.bottom; ++v, coverage += box.width()) {
+      isThin_ ? addSampledRow(coverage, box, v, weight) : addRow(coverage, box, v, weight);
+    }
+  }
+
+ private:
+  void addRow(float* row, const PixelBox& box, int v, float weight) const {
+    const float y = static_cast<float>(v) - centre_.y();
+    const float a = inverse_(0, 0), b = inverse_(0, 1), c = inverse_(1, 1);
+    const int n = box.width();
+    const float left = static_cast<float>(box.left) - centre_.x();
+    for (int k = 0; k < n; ++k) {
+      const float x = left + static_cast<float>(k);
+      const float gx = a * x + b * y, gy = b * x + c * y;
+      const float q = std::sqrt(x * gx + y * gy);
+      const float slope = std::sqrt(gx * gx + gy * gy) + 1e-12f;
+      const float covered = 0.5f - q * (q - 1) / slope;
+      // At the very centre the slope vanishes with q; there the pixel is inside.
+      row[k] += weight * (q < 1e-6f ? 1.0f : std::min(1.0f, std::max(0.0f, covered)));
+    }
+  }
+
+  void addSampledRow(float* row, const PixelBox& box, int v, float weight) const {
+    for (int k = 0; k < box.width(); ++k) {
+      int inside = 0;
+      for (int i = 0; i < kSamples * kSamples; ++i) {
+        const auto offset = [](int j) { return (static_cast<float>(j) + 0.5f) / kSamples - 0.5f; };
+        const Eigen::Vector2f p(static_cast<float>(box.left + k) + offset(i % kSamples),
+                                static_cast<float>(v) + offset(i / kSamples));
+        inside += (p - centre_).dot(inverse_ * (p - centre_)) < 1;
+      }
+      row[k] += weight * static_cast<float>(inside) / (kSamples * kSamples);
+    }
+  }
+
+  Eigen::Vector2f centre_;
+  Eigen::Matrix2f inverse_;
+  bool isThin_;
+};
+
+template <typename Pixel>
+Pixel toPixel(float gray) {
+  if constexpr (std::is_same_v<Pixel, unsigned char>) {
+    return static_cast<unsigned char>(std::clamp(gray, 0.0f, 255.0f) + 0.5f);
+  } else {
+    return gray;
+  }
+}
+
+/// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014: word `index` of
+/// stream `key`.
+std::uint64_t randomWord(std::uint64_t key, std::uint64_t index) {
+  std::uint64_t z = key + (index + 1) * 0x9e3779b97f4a7c15u;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+/// 2^kNoiseBits equally likely values of a normal distribution, of standard deviation exactly
+/// `sigma`.
+std::vector<float> normalQuantiles(double sigma) {
+  const std::size_t n = std::size_t{1} << kNoiseBits;
+  std::vector<double> values(n);
+  double x = 0, sum2 = 0;
+  for (std::size_t i = n / 2; i < n;
+       ++i) {  // upper half, each from its neighbour by Newton's method
+    const double upperTail = 1 - (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+    for (int k = 0; k < 8; ++k) {
+      const double density = std::exp(-0.5 * x * x) / std::sqrt(2 * M_PI);
+      x += (0.5 * std::erfc(x / std::sqrt(2.0)) - upperTail) / density;
+    }
+    values[i] = x;
+    values[n - 1 - i] = -x;
+    sum2 += 2 * x * x;
+  }
+  const double scale = sigma / std::sqrt(sum2 / static_cast<double>(n));
+  std::vector<float> quantiles(n);
+  std::transform(values.begin(), values.end(), quantiles.begin(),
+                 [scale](double value) { return static_cast<float>(scale * value); });
+  return quantiles;
+}
+
+void addNoise(const std::vector<float>& quantiles, std::uint64_t key, std::vector<float>& light) {
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << kNoiseBits) - 1;
+  std::size_t i = 0;
+  for (std::uint64_t index = 0; i < light.size(); ++index) {
+    std::uint64_t word = randomWord(key, index);
+    const std::size_t end = std::min(light.size(), i + kNoisePerWord);
+    for (; i < end; ++i, word >>= kNoiseBits) light[i] += quantiles[word & kMask];
+  }
+}
+
+/// Relative light by pixel, row-major.
+std::vector<float> vignette(const PinholeCamera& camera, double loss) {
+  const double u = std::max(camera.cx, camera.width - 1 - camera.cx);
+  const double v = std::max(camera.cy, camera.height - 1 - camera.cy);
+  const double lossPerPixel2 = loss / (u * u + v * v);
+  std::vector<float> gain;
+  gain.reserve(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+  for (int j = 0; j < camera.height; ++j) {
+    for (int i = 0; i < camera.width; ++i) {
+      const double r2 = (i - camera.cx) * (i - camera.cx) + (j - camera.cy) * (j - camera.cy);
+      gain.push_back(static_cast<float>(std::max(0.0, 1 - lossPerPixel2 * r2)));
+    }
+  }
+  return gain;
+}
+
+}  // namespace
+
+SyntheticCamera::SyntheticCamera(const PinholeCamera& camera, const DotTarget& target,
+                                 const SyntheticCameraOptions& options)
+    : camera_(camera), target_(target), options_(options) {
+  const auto isGray = [](double gray) { return gray >= 0 && gray <= 255; };
+  require(camera.width > 0 && camera.height > 0, "the image has no size");
+  require(std::isnormal(camera.fx) && std::isnormal(camera.fy), "the focal length must not be 0");
+  require(std::isfinite(camera.cx) && std::isfinite(camera.cy), "cx, cy must be finite");
+  require(std::isfinite(target.radius) && target.radius > 0, "the dots need a radius > 0 m");
+  require(isGray(options.background) && isGray(options.dot), "gray levels are 0..255");
+  require(options.gray_noise >= 0 && options.gray_noise <= 255, "gray_noise is 0..255");
+  require(options.exposure_s >= 0 && std::isfinite(options.exposure_s), "exposure_s is >= 0 s");
+  require(options.vignetting >= 0 && options.vignetting <= 1, "vignetting is 0..1");
+
+  exposed_.reserve(kMostInstants);
+  if (options.vignetting > 0) gain_ = vignette(camera, options.vignetting);
+  if (options.gray_noise > 0) noiseQuantiles_ = normalQuantiles(options.gray_noise);
+  if (!gain_.empty() || !noiseQuantiles_.empty()) {
+    light_.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+  }
+}
+
+std::optional<Eigen::Vector2d> SyntheticCamera::centre(const Eigen::Isometry3d& cMo,
+                                                       std::size_t i) const {
+  const Eigen::Vector3d p = cMo * target_.points.at(i);
+  if (!(p.z() > 0) || !p.allFinite()) return std::nullopt;
+  return camera_.toPixel(p.x() / p.z(), p.y() / p.z());
+}
+
+std::optional<Ellipse> SyntheticCamera::ellipse(const Eigen::Isometry3d& cMo, std::size_t i) const {
+  Eigen::Matrix3d K;
+  K << camera_.fx, 0, camera_.cx, 0, camera_.fy, camera_.cy, 0, 0, 1;
+  Eigen::Matrix3d H;
+  H << target_.radius * cMo.linear().leftCols<2>(), cMo * target_.points.at(i);
+  H = K * H;
+  const Eigen::Matrix3d dual = H * Eigen::Vector3d(1, 1, -1).asDiagonal() * H.transpose();
+  // The whole disc lies before the camera when its centre does and the ellipse is bounded.
+  const double w = -dual(2, 2);
+  if (!(H(2, 2) > 0 && w > 0)) return std::nullopt;
+  Ellipse ellipse;
+  ellipse.centre = -dual.block<2, 1>(0, 2) / w;
+  ellipse.shape = dual.topLeftCorner<2, 2>() / w + ellipse.centre * ellipse.centre.transpose();
+  if (!(ellipse.semiAxes().y() > kThinnest) || !ellipse.shape.allFinite()) return std::nullopt;
+  return ellipse;
+}
+
+std::optional<Occluder> SyntheticCamera::occluderOf(const Eigen::Isometry3d& cMo, std::size_t i,
+                                                    int margin_px) const {
+  const auto outline = ellipse(cMo, i);
+  if (!outline) return std::nullopt;
+  // Larger squares, and centres far off the image, are alike and would not fit in an int.
+  static constexpr double kFar = 1e6;
+  const double half = std::min(kFar, std::ceil(outline->semiAxes().x()) + margin_px);
+  const auto low = [half](double x) {
+    return static_cast<int>(std::round(std::clamp(x, -kFar, kFar) - half));
+  };
+  const int size = 2 * static_cast<int>(half) + 1;
+  return Occluder{low(outline->centre.x()), low(outline->centre.y()), size, size};
+}
+
+void SyntheticCamera::render(const SyntheticView& view, vpImage<unsigned char>& image) {
+  const auto width = static_cast<unsigned>(camera_.width);
+  const auto height = static_cast<unsigned>(camera_.height);
+  if (image.getWidth() != width || image.getHeight() != height) image.resize(height, width);
+  if (light_.empty()) return draw(view, image.bitmap);
+
+  draw(view, light_.data());
+  if (!gain_.empty()) {
+    std::transform(light_.begin(), light_.end(), gain_.begin(), light_.begin(),
+                   [](float light, float gain) { return light * gain; });
+  }
+  if (!noiseQuantiles_.empty()) {
+    addNoise(noiseQuantiles_, randomWord(randomWord(0, options_.seed), view.frame), light_);
+  }
+  std::transform(light_.begin(), light_.end(), image.bitmap, toPixel<unsigned char>);
+}
+
+template <typename Pixel>
+void SyntheticCamera::draw(const SyntheticView& view, Pixel* pixels) {
+  const auto width = static_cast<std::size_t>(camera_.width);
+  std::fill_n(pixels, width * static_cast<std::size_t>(camera_.height),
+              toPixel<Pixel>(static_cast<float>(options_.background)));
+  for (std::size_t i = 0; i < target_.points.size(); ++i) drawDot(view, i, pixels);
+  for (const Occluder& o : view.occluders) {
+    const PixelBox box = intersect(o.left, o.top, static_cast<double>(o.left) + o.width,
+                                   static_cast<double>(o.top) + o.height, camera_);
+    if (box.isEmpty()) continue;
+    for (int v = box.top; v < box.bottom; ++v) {
+      std::fill_n(pixels + static_cast<std::size_t>(v) * width + box.left, box.width(),
+                  toPixel<Pixel>(static_cast<float>(o.gray)));
+    }
+  }
+}
+
+template <typename Pixel>
+void SyntheticCamera::drawDot(const SyntheticView& view, std::size_t i, Pixel* pixels) {
+  const auto at = [&](double part) {  // part of the exposure after its middle, -1/2..1/2
+    const Motion motion = Motion::fromTwist(view.twist, part * options_.exposure_s);
+    Eigen::Isometry3d moved = Eigen::Isometry3d::Identity();
+    moved.linear() = motion.R;
+    moved.translation() = motion.t;
+    return ellipse(moved * view.cMo, i);
+  };
+  const auto middle = ellipse(view.cMo, i);
+  if (!middle) return;
+
+  exposed_.clear();
+  const auto first = options_.exposure_s > 0 ? at(-0.5) : middle;
+  const auto last = options_.exposure_s > 0 ? at(0.5) : middle;
+  if (!first || !last) return;
+  const double path_px = (last->centre - first->centre).norm() +
+                         std::abs(last->semiAxes().x() - first->semiAxes().x());
+  const int instants =
+      static_cast<int>(std::min<double>(kMostInstants, 1 + std::ceil(kInstantsPerPixel * path_px)));
+  for (int k = 0; k < instants; ++k) {
+    const auto outline = path_px > 0 ? at((k + 0.5) / instants - 0.5) : middle;
+    if (outline) exposed_.push_back(*outline);
+    if (!(path_px > 0)) break;
+  }
+  if (exposed_.empty()) return;
+
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(HUGE_VAL), high = -low;
+  for (Ellipse& outline : exposed_) {
+    if (i < view.displacement.size() && view.displacement[i].allFinite()) {
+      outline.centre += view.displacement[i];
+    }
+    const Eigen::Vector2d half = outline.shape.diagonal().cwiseSqrt().array() + 1;
+    low = low.cwiseMin(outline.centre - half);
+    high = high.cwiseMax(outline.centre + half);
+  }
+  const PixelBox box = intersect(std::floor(low.x()), std::floor(low.y()), std::ceil(high.x()) + 1,
+                                 std::ceil(high.y()) + 1, camera_);
+  if (box.isEmpty()) return;
+
+  const auto pixelsPerRow = static_cast<std::size_t>(box.width());
+  coverage_.assign(pixelsPerRow * static_cast<std::size_t>(box.bottom - box.top), 0.0f);
+  const float weight = 1 / static_cast<float>(exposed_.size());
+  for (const Ellipse& outline : exposed_) Coverage(outline).addTo(coverage_.data(), box, weight);
+
+  const float dot = static_cast<float>(options_.dot);
+  const float* covered = coverage_.data();
+  for (int v = box.top; v < box.bottom; ++v) {
+    Pixel* row = pixels + static_cast<std::size_t>(v) * static_cast<std::size_t>(camera_.width);
+    for (int u = box.left; u < box.right; ++u, ++covered) {
+      const float behind = static_cast<float>(row[u]);
+      row[u] = toPixel<Pixel>(behind + *covered * (dot - behind));
+    }
+  }
+}
+
+}  // namespace depthservo
