@@ -1,0 +1,136 @@
+#pragma once
+
+#include <visp3/core/vpImage.h>
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "depthservo/motion/OdometryRow.h"
+#include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/sequence/InputError.h"
+#include "depthservo/tracking/DotTarget.h"
+#include "depthservo/visp.h"
+
+namespace depthservo {
+
+/// A point in an image, by its id.
+struct PixelPoint {
+  int id = 0;
+  double u = 0, v = 0;  ///< [px]
+};
+
+/// The true depth of a point.
+struct TrueDepth {
+  int id = 0;
+  double Z = 0;  ///< [m]
+};
+
+/// One instant of a sequence.
+struct SequenceFrame {
+  double time_s = 0;
+  std::string image;               ///< path; empty when there are no images
+  std::vector<PixelPoint> tracks;  ///< points measured, by id; a point that is not here is hidden
+  std::vector<TrueDepth> truth;    ///< by id
+};
+
+/// Pose of the camera in the world.
+struct CameraPose {
+  double time_s = 0;
+  Eigen::Isometry3d wMc = Eigen::Isometry3d::Identity();
+};
+
+/// An image and its time, as listed in rgb.txt and depth.txt.
+struct ListedImage {
+  double time_s = 0;
+  std::string path;
+};
+
+/// The constant twists that lead from pose to pose (logarithm of SE(3)); the last one is repeated
+/// at the last pose. Empty for fewer than two poses. Times must increase.
+std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses);
+
+/// What a sequence says of how to observe depth in it ("replay" in sequence.yaml); the rest is left
+/// to the user.
+struct ReplayHints {
+  std::optional<std::string> estimator;
+  std::optional<double> prior;                    ///< first guess of every depth [m]
+  std::optional<double> pixel_noise;              ///< 1 sigma per axis [px]
+  std::optional<Eigen::Vector2d> odometry_noise;  ///< 1 sigma per row [m/s, rad/s]
+  std::optional<double> Z_min, Z_max;             ///< [m]
+  std::optional<double> settling, W_min, k, k_3;  ///< gains of the nonlinear observer
+};
+
+struct SequenceOptions {
+  /// A camera_info file or one of tum-fr1 | tum-fr2 | tum-fr3 | icl, instead of camera.yaml.
+  std::string camera;
+  /// Images per second of a numbered image folder [Hz]; 0: not given.
+  double fps = 0;
+};
+
+/// Recorded data: a folder in the layout of TUM RGB-D with our additions, or a folder of numbered
+/// images
+/// ("image.0001.pgm"; then `options` must give the camera and the rate). doc/formats.md has the
+/// layout.
+///
+/// All files are checked by the constructor, images when they are read. Frames are the images;
+/// without images every time in tracks.csv and truth.csv.
+class Sequence {
+ public:
+  /// Throws InputError.
+  explicit Sequence(const std::string& folder, const SequenceOptions& options = {});
+
+  const std::string& folder() const { return folder_; }
+  const std::string& name() const { return name_; }
+  const PinholeCamera& camera() const { return camera_; }
+  const std::vector<SequenceFrame>& frames() const { return frames_; }
+  const std::vector<OdometryRow>& odometry() const { return odometry_; }  ///< twist.csv
+  const std::vector<CameraPose>& poses() const { return poses_; }         ///< groundtruth.txt
+  const std::vector<ListedImage>& depthImages() const { return depthImages_; }
+  double depthScale() const { return depthScale_; }  ///< gray levels per metre of depth images
+
+  /// No points when the sequence does not name its target.
+  const DotTarget& target() const { return target_; }
+  /// Where the dots are in the first image, in the order of the target's points; the index is the
+  /// id.
+  const std::vector<PixelPoint>& dots() const { return dots_; }
+
+  const ReplayHints& replayHints() const { return hints_; }
+
+  bool hasImages() const { return hasImages_; }
+  bool hasTracks() const { return hasTracks_; }
+
+  /// What was ignored or assumed, one sentence each.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+  /// Gray image of a frame, colours converted (0.299 R + 0.587 G + 0.114 B). Throws InputError:
+  /// missing, truncated, not an image, or of another size than the camera's.
+  DEPTHSERVO_VISP vpImage<unsigned char> readImage(std::size_t frame) const;
+
+ private:
+  void readSettings(const std::string& path, const SequenceOptions& options);
+  void readCamera(const SequenceOptions& options);
+  void useImages(std::vector<ListedImage> images);
+  void readTracks(const std::string& path);
+  void readTruth(const std::string& path);
+  void readOdometry(const std::string& path);
+  void readPoses(const std::string& path);
+  std::string inFolder(const std::string& file) const;
+
+  std::string folder_, name_;
+  std::string cameraSource_;  // where the camera's size was read, for messages
+  PinholeCamera camera_;
+  std::vector<SequenceFrame> frames_;
+  std::vector<OdometryRow> odometry_;
+  std::vector<CameraPose> poses_;
+  std::vector<ListedImage> depthImages_;
+  double depthScale_ = 5000;
+  DotTarget target_;
+  std::vector<PixelPoint> dots_;
+  ReplayHints hints_;
+  bool hasImages_ = false, hasTracks_ = false;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace depthservo

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <visp3/core/vpImage.h>
+
+#include <Eigen/Geometry>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/motion/Twist.h"
+#include "depthservo/sequence/Sequence.h"
+#include "depthservo/tracking/DotTarget.h"
+#include "depthservo/visp.h"
+
+namespace depthservo {
+
+/// The time as a file holds it: rounded to 9 decimals. A run that uses such times is replayed
+/// exactly.
+double fileTime(double time_s);
+
+/// What a sequence says of itself.
+struct SequenceSettings {
+  std::string name;
+  PinholeCamera camera;
+  DotTarget target;              ///< no points: unknown
+  std::vector<PixelPoint> dots;  ///< start positions, ids 0, 1, ... in this order; may be empty
+  ReplayHints replay;
+};
+
+/// Writes a folder that Sequence reads: times with 9 decimals, values with the digits (up to 17)
+/// that bring every double back exactly, images as PNG.
+///
+/// Everything goes to a hidden folder beside the target, which `finish` renames; without `finish`
+/// the destructor removes it. Files without rows are not written. All members throw InputError when
+/// the folder exists or cannot be written.
+class SequenceWriter {
+ public:
+  explicit SequenceWriter(const std::string& folder);
+  ~SequenceWriter();
+  SequenceWriter(const SequenceWriter&) = delete;
+  SequenceWriter& operator=(const SequenceWriter&) = delete;
+
+  void addImage(double time_s, const DEPTHSERVO_VISP vpImage<unsigned char>& image);
+  void addTrack(double time_s, const PixelPoint& point);
+  void addTruth(double time_s, const TrueDepth& depth);
+  void addOdometry(double time_s, const Twist& twist);
+  void addPose(double time_s, const Eigen::Isometry3d& wMc);
+
+  /// Writes camera.yaml and sequence.yaml and makes the folder appear.
+  void finish(const SequenceSettings& settings);
+
+ private:
+  std::ofstream& file(const std::string& name, const std::string& header);
+  void check(const std::ofstream& out, const std::string& name) const;
+
+  std::string folder_, temporary_;  // temporary_ is empty once finished
+  std::map<std::string, std::ofstream> files_;
+  std::size_t images_ = 0;
+};
+
+}  // namespace depthservo

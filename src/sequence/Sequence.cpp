@@ -1,0 +1,547 @@
+#include "depthservo/sequence/Sequence.h"
+
+#include <fmt/format.h>
+#include <visp3/core/vpIoTools.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "depthservo/motion/Motion.h"
+#include "sequence/GrayImage.h"
+#include "sequence/StrictYaml.h"
+#include "sequence/TextTable.h"
+
+namespace depthservo {
+namespace {
+
+namespace fs = std::filesystem;
+using detail::Range;
+using detail::StrictMapping;
+using detail::TextTable;
+
+constexpr Range kPixels{-1e6, 1e6};              // px
+constexpr Range kDepths = Range::above(0, 1e6);  // m
+constexpr Range kPositions{-1e7, 1e7};           // m
+constexpr Range kSpeeds{-1e3, 1e3};              // m/s or rad/s
+constexpr Range kRates = Range::above(0, 1e5);   // Hz
+constexpr Range kNumber{-1e9, 1e9};
+constexpr double kSameTime_s = 1e-6;  // a double holds epoch seconds to 0.24 us
+
+struct CameraPreset {
+  const char* name;
+  PinholeCamera camera;
+  const char* warning;
+};
+
+/// Published calibrations: TUM RGB-D benchmark ("Intrinsic camera calibration of the Kinect"),
+/// ICL-NUIM.
+const std::vector<CameraPreset>& cameraPresets() {
+  constexpr const char* kDistorted =
+      "the lens distortion of this TUM camera is neglected: undistort the images for best results";
+  static const std::vector<CameraPreset> presets = {
+      {"tum-fr1", {640, 480, 517.3, 516.5, 318.6, 255.3}, kDistorted},
+      {"tum-fr2", {640, 480, 520.9, 521.0, 325.1, 249.7}, kDistorted},
+      {"tum-fr3", {640, 480, 535.4, 539.2, 320.1, 247.6}, ""},
+      {"icl", {640, 480, 481.20, -480.00, 319.5, 239.5}, ""},
+  };
+  return presets;
+}
+
+/// ROS camera_info, as camera_calibration writes it. The images are raw, so the rectification and
+/// projection matrices play no part.
+PinholeCamera readCameraInfo(const std::string& path) {
+  const detail::YamlValue root = detail::loadYaml(path);
+  const StrictMapping info(
+      root, path, "",
+      {"image_width", "image_height", "camera_name", "camera_matrix", "distortion_model",
+       "distortion_coefficients", "rectification_matrix", "projection_matrix"});
+  const auto matrix = [&](const std::string& key, std::size_t size) {
+    const StrictMapping m = info.mapping(key, {"rows", "cols", "data"});
+    const long long rows = m.integer("rows", {1, 4}, ""), cols = m.integer("cols", {1, 100}, "");
+    if (size > 0 && static_cast<std::size_t>(rows * cols) != size) {
+      m.fail("rows", fmt::format("expected {} elements, got {} x {}", size, rows, cols));
+    }
+    return m.numbers("data", static_cast<std::size_t>(rows * cols), kNumber, "");
+  };
+  PinholeCamera camera;
+  camera.width = static_cast<int>(info.integer("image_width", {1, 16384}, "px"));
+  camera.height = static_cast<int>(info.integer("image_height", {1, 16384}, "px"));
+  if (info.has("camera_name")) info.text("camera_name");
+  const std::vector<double> K = matrix("camera_matrix", 9);
+  camera.fx = K[0];
+  camera.fy = K[4];
+  camera.cx = K[2];
+  camera.cy = K[5];
+  const Range focal = Range::above(0, 1e5), centre{-1e5, 1e5};
+  if (!focal.contains(camera.fx) || !focal.contains(std::abs(camera.fy)) ||
+      !centre.contains(camera.cx) || !centre.contains(camera.cy)) {
+    info.fail("camera_matrix", fmt::format("expected fx and |fy| in {}, cx and cy in {}",
+                                           focal.text("px"), centre.text("px")));
+  }
+  if (K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) {
+    info.fail("camera_matrix", "expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
+  }
+  if (info.has("distortion_model")) info.text("distortion_model");
+  if (info.has("distortion_coefficients")) {
+    for (const double coefficient : matrix("distortion_coefficients", 0)) {
+      if (coefficient != 0) {
+        info.fail("distortion_coefficients",
+                  "lens distortion is not supported yet; undistort the images and the tracks (ROS "
+                  "image_proc) and write zeros");
+      }
+    }
+  }
+  if (info.has("rectification_matrix")) matrix("rectification_matrix", 9);
+  if (info.has("projection_matrix")) matrix("projection_matrix", 12);
+  return camera;
+}
+
+/// Numbered image files "<before><digits><after>".
+struct NumberedName {
+  std::string before, after;
+
+  std::optional<long> number(const std::string& file) const {
+    if (file.size() <= before.size() + after.size() ||
+        file.compare(0, before.size(), before) != 0 ||
+        file.compare(file.size() - after.size(), after.size(), after) != 0) {
+      return std::nullopt;
+    }
+    const std::string digits =
+        file.substr(before.size(), file.size() - before.size() - after.size());
+    if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos) {
+      return std::nullopt;
+    }
+    return std::stol(digits);
+  }
+};
+
+/// From a pattern such as image.%04d.pgm; nothing unless it has exactly one %d or %0Nd.
+std::optional<NumberedName> parsePattern(const std::string& pattern) {
+  const std::size_t percent = pattern.find('%');
+  if (percent == std::string::npos || pattern.find('/') != std::string::npos) return std::nullopt;
+  std::size_t end = percent + 1;
+  while (end < pattern.size() && pattern[end] >= '0' && pattern[end] <= '9') ++end;
+  if (end >= pattern.size() || pattern[end] != 'd' || end > percent + 3) return std::nullopt;
+  if (pattern.find('%', end) != std::string::npos) return std::nullopt;
+  return NumberedName{pattern.substr(0, percent), pattern.substr(end + 1)};
+}
+
+/// "image.0001.pgm": the last digits before the extension of an image file.
+std::optional<NumberedName> numberedImage(const std::string& file) {
+  std::string extension = fs::path(file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  static const std::set<std::string> images = {".pgm", ".ppm", ".png", ".jpg", ".jpeg"};
+  if (images.count(extension) == 0) return std::nullopt;
+  const std::size_t stem = file.size() - extension.size();
+  const std::size_t last = file.find_last_of("0123456789", stem - 1);
+  if (stem == 0 || last == std::string::npos) return std::nullopt;
+  const std::size_t before = file.find_last_not_of("0123456789", last);
+  const std::size_t first = before == std::string::npos ? 0 : before + 1;
+  return NumberedName{file.substr(0, first), file.substr(last + 1)};
+}
+
+std::vector<std::string> filesIn(const std::string& folder) {
+  std::error_code error;
+  std::vector<std::string> files;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    files.push_back(it->path().filename().string());
+  }
+  if (error) throw InputError({folder, 0, ""}, "cannot be read: " + error.message());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// The images of a numbered series, from time 0 at a constant rate. `none` is thrown when there are
+/// none.
+std::vector<ListedImage> numberedSeries(const std::string& folder, const NumberedName& name,
+                                        double rate, const InputError& none) {
+  std::map<long, std::string> byNumber;
+  for (const std::string& file : filesIn(folder)) {
+    const auto number = name.number(file);
+    if (!number) continue;
+    if (!byNumber.emplace(*number, file).second) {
+      throw InputError({folder, 0, ""},
+                       fmt::format("{} and {} have the same number", byNumber[*number], file));
+    }
+  }
+  if (byNumber.empty()) throw none;
+  std::vector<ListedImage> images;
+  const long first = byNumber.begin()->first;
+  for (const auto& [number, file] : byNumber) {
+    const long expected = first + static_cast<long>(images.size());
+    if (number != expected) {
+      throw InputError({folder, 0, ""},
+                       fmt::format("image number {} is missing ({} comes after number {})",
+                                   expected, file, expected - 1));
+    }
+    images.push_back(
+        {static_cast<double>(images.size()) / rate, (fs::path(folder) / file).string()});
+  }
+  return images;
+}
+
+/// The images of a folder that has nothing else.
+std::vector<ListedImage> plainImageFolder(const std::string& folder, double fps) {
+  std::optional<NumberedName> series;
+  for (const std::string& file : filesIn(folder)) {
+    const auto name = numberedImage(file);
+    if (!name) continue;
+    if (series && (name->before != series->before || name->after != series->after)) {
+      throw InputError({folder, 0, ""},
+                       fmt::format("has two series of images, {}*{} and {}*{}; expected one",
+                                   series->before, series->after, name->before, name->after));
+    }
+    series = name;
+  }
+  const InputError none({folder, 0, ""},
+                        "is not a sequence: it has no rgb.txt, no tracks.csv, no images in "
+                        "sequence.yaml and no numbered images (image.0001.pgm)");
+  if (!series) throw none;
+  if (fps <= 0) {
+    throw InputError({folder, 0, "--fps"}, "missing; a folder of numbered images has no times");
+  }
+  return numberedSeries(folder, *series, fps, none);
+}
+
+/// Where a folder named in sequence.yaml is: in the sequence's folder or among ViSP's images.
+std::string findImageFolder(const std::string& folder, const std::string& sequenceFolder) {
+  static const std::string kPrefix = "ViSP-images/";
+  const std::string stripped =
+      folder.compare(0, kPrefix.size(), kPrefix) == 0 ? folder.substr(kPrefix.size()) : folder;
+  std::vector<fs::path> candidates = {fs::path(sequenceFolder) / folder};
+  if (const char* input = std::getenv("VISP_INPUT_IMAGE_PATH")) {
+    for (const char* below : {"", "ViSP-images", "visp-images"}) {
+      candidates.push_back(fs::path(input) / below / stripped);
+    }
+  }
+  const std::string visp = DEPTHSERVO_VISP vpIoTools::getViSPImagesDataPath();
+  if (!visp.empty()) candidates.push_back(fs::path(visp) / stripped);
+  for (const fs::path& candidate : candidates) {
+    std::error_code error;
+    if (fs::is_directory(candidate, error)) return candidate.string();
+  }
+  return "";
+}
+
+std::vector<ListedImage> readImageList(const std::string& path, const std::string& folder) {
+  std::vector<ListedImage> images;
+  TextTable table(path, TextTable::Style::spaces, {"timestamp", "path"});
+  while (table.next()) {
+    images.push_back({table.time(), (fs::path(folder) / std::string(table.text(1))).string()});
+  }
+  return images;
+}
+
+/// Rows of (timestamp, id) tables, grouped by time; each (timestamp, id) once.
+template <class Value, class MakeValue>
+std::vector<std::pair<double, std::vector<Value>>> readGroups(TextTable& table,
+                                                              const MakeValue& make) {
+  std::vector<std::pair<double, std::vector<Value>>> groups;
+  while (table.next()) {
+    const int id = table.id(1);
+    if (groups.empty() || groups.back().first != table.time()) groups.push_back({table.time(), {}});
+    auto& values = groups.back().second;
+    const auto place = std::lower_bound(values.begin(), values.end(), id,
+                                        [](const Value& v, int wanted) { return v.id < wanted; });
+    if (place != values.end() && place->id == id) {
+      table.fail(1, fmt::format("id {} appears twice at {} s; remove one row", id, table.time()));
+    }
+    values.insert(place, make(id));
+  }
+  return groups;
+}
+
+/// The frame at this time, or the place where it belongs.
+std::vector<SequenceFrame>::iterator frameAt(std::vector<SequenceFrame>& frames, double time_s) {
+  return std::lower_bound(frames.begin(), frames.end(), time_s - kSameTime_s,
+                          [](const SequenceFrame& f, double t) { return f.time_s < t; });
+}
+
+/// Gives each group to the frame of its time. Without images the groups make the frames; else
+/// groups at other times are ignored, but for one file not all of them.
+template <class Value>
+void assignGroups(std::vector<std::pair<double, std::vector<Value>>> groups,
+                  std::vector<Value> SequenceFrame::*member, bool hasImages,
+                  const std::string& path, std::vector<SequenceFrame>& frames,
+                  std::vector<std::string>& warnings) {
+  std::size_t ignored = 0;
+  if (!hasImages) {
+    std::vector<SequenceFrame> merged;
+    merged.reserve(frames.size() + groups.size());
+    auto frame = frames.begin();
+    for (const auto& group : groups) {
+      while (frame != frames.end() && frame->time_s <= group.first + kSameTime_s) {
+        merged.push_back(std::move(*frame++));
+      }
+      if (merged.empty() || merged.back().time_s < group.first - kSameTime_s) {
+        merged.push_back({group.first, "", {}, {}});
+      }
+    }
+    std::move(frame, frames.end(), std::back_inserter(merged));
+    frames = std::move(merged);
+  }
+  for (auto& [time_s, values] : groups) {
+    const auto frame = frameAt(frames, time_s);
+    if (frame == frames.end() || frame->time_s > time_s + kSameTime_s ||
+        !((*frame).*member).empty()) {
+      ++ignored;
+    } else {
+      (*frame).*member = std::move(values);
+    }
+  }
+  if (ignored == groups.size()) {
+    throw InputError({path, 0, "timestamp"},
+                     "no time is that of an image in rgb.txt; use the images' timestamps");
+  }
+  if (ignored > 0) {
+    warnings.push_back(fmt::format("{}: {} of {} times are those of no image and are ignored", path,
+                                   ignored, groups.size()));
+  }
+}
+
+bool exists(const std::string& path) {
+  std::error_code error;
+  return fs::exists(fs::symlink_status(path, error));
+}
+
+ReplayHints readHints(const detail::StrictMapping& settings) {
+  const StrictMapping replay =
+      settings.mapping("replay", {"estimator", "prior", "pixel_noise", "odometry_noise", "Z_min",
+                                  "Z_max", "settling", "W_min", "k", "k_3"});
+  ReplayHints hints;
+  const auto number = [&](const char* key, std::optional<double>& value, const Range& range,
+                          const char* unit) {
+    if (replay.has(key)) value = replay.number(key, range, unit);
+  };
+  if (replay.has("estimator")) hints.estimator = replay.text("estimator");
+  number("prior", hints.prior, Range::above(0, 1e6), "m");
+  number("pixel_noise", hints.pixel_noise, Range::above(0, 50), "px");
+  number("Z_min", hints.Z_min, Range::above(0, 1e6), "m");
+  number("Z_max", hints.Z_max, Range::above(0, 1e6), "m");
+  number("settling", hints.settling, Range::above(0, 1000), "s");
+  number("W_min", hints.W_min, Range::above(0, 10), "m/s");
+  number("k", hints.k, Range::above(0, 1e6), "1/s");
+  number("k_3", hints.k_3, {0, 1e12}, "1/m^2");
+  if (replay.has("odometry_noise")) {
+    const auto noise = replay.numbers("odometry_noise", 2, {0, 10}, "m/s, rad/s");
+    hints.odometry_noise = Eigen::Vector2d(noise[0], noise[1]);
+  }
+  if (hints.Z_min && hints.Z_max && !(*hints.Z_min < *hints.Z_max)) {
+    replay.fail("Z_max", "expected more than Z_min");
+  }
+  return hints;
+}
+
+}  // namespace
+
+std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses) {
+  std::vector<OdometryRow> rows;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const Motion motion =
+        Motion::fromPoses(poses[i - 1].wMc, poses[i].wMc, poses[i].time_s - poses[i - 1].time_s);
+    rows.push_back({poses[i - 1].time_s, motion.twist()});
+  }
+  if (!rows.empty()) rows.push_back({poses.back().time_s, rows.back().twist});
+  return rows;
+}
+
+Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : folder_(folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    throw InputError({folder, 0, ""}, exists(folder) ? "is not a folder; a sequence is a folder"
+                                                     : "there is no such folder");
+  }
+  if (options.fps != 0 && !kRates.contains(options.fps)) {
+    throw InputError({folder, 0, "--fps"},
+                     detail::expectedNumber(kRates, "Hz", fmt::format("{}", options.fps)));
+  }
+  fs::path normal = fs::absolute(folder).lexically_normal();
+  if (!normal.has_filename()) normal = normal.parent_path();
+  name_ = normal.filename().string();
+
+  const std::string settings = inFolder("sequence.yaml"), list = inFolder("rgb.txt"),
+                    tracks = inFolder("tracks.csv"), truth = inFolder("truth.csv"),
+                    depth = inFolder("depth.txt");
+  if (exists(settings)) readSettings(settings, options);
+  if (exists(list)) {
+    if (hasImages_) {
+      throw InputError({settings, 0, "images"}, "the folder has rgb.txt as well; remove one");
+    }
+    if (options.fps > 0) {
+      throw InputError({list, 0, "--fps"}, "is for folders of numbered images; rgb.txt has times");
+    }
+    useImages(readImageList(list, folder_));
+  } else if (!hasImages_ && !exists(tracks)) {
+    useImages(plainImageFolder(folder_, options.fps));
+  }
+  readCamera(options);
+  if (exists(tracks)) readTracks(tracks);
+  if (exists(truth)) readTruth(truth);
+  if (exists(depth)) depthImages_ = readImageList(depth, folder_);
+  if (exists(inFolder("twist.csv"))) readOdometry(inFolder("twist.csv"));
+  if (exists(inFolder("groundtruth.txt"))) readPoses(inFolder("groundtruth.txt"));
+}
+
+std::string Sequence::inFolder(const std::string& file) const {
+  return (fs::path(folder_) / file).string();
+}
+
+void Sequence::readSettings(const std::string& path, const SequenceOptions& options) {
+  const detail::YamlValue root = detail::loadYaml(path);
+  const StrictMapping settings(root, path, "",
+                               {"name", "depth_scale", "target", "dots", "images", "replay"});
+  if (settings.has("name")) name_ = settings.text("name");
+  if (settings.has("depth_scale")) {
+    depthScale_ = settings.number("depth_scale", Range::above(0, 1e6), "1/m");
+  }
+  if (settings.has("target")) {
+    const StrictMapping target = settings.mapping("target", {"type", "points", "radius"});
+    if (target.has("type") && target.text("type") != "dots") target.fail("type", "expected dots");
+    for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
+      if (point[2] != 0) target.fail("points", "the dots lie on a flat plate, write z = 0");
+      target_.points.emplace_back(point[0], point[1], point[2]);
+    }
+    if (target_.points.empty()) target.fail("points", "expected at least 1 point");
+    if (target.has("radius")) target_.radius = target.number("radius", {0, 10}, "m");
+  }
+  if (settings.has("dots")) {
+    for (const auto& dot : settings.rows("dots", 2, kPixels, "px")) {
+      dots_.push_back({static_cast<int>(dots_.size()), dot[0], dot[1]});
+    }
+    if (!target_.points.empty() && dots_.size() != target_.points.size()) {
+      settings.fail("dots", fmt::format("expected one for each of the {} points of the target, got "
+                                        "{}",
+                                        target_.points.size(), dots_.size()));
+    }
+  }
+  if (settings.has("replay")) hints_ = readHints(settings);
+  if (settings.has("images")) {
+    const StrictMapping images = settings.mapping("images", {"folder", "pattern", "rate"});
+    const std::string name = images.text("folder"), pattern = images.text("pattern");
+    const double rate = options.fps > 0 ? options.fps : images.number("rate", kRates, "Hz");
+    const auto numbered = parsePattern(pattern);
+    if (!numbered) images.fail("pattern", "expected a file name with one %d or %04d");
+    const std::string found = findImageFolder(name, folder_);
+    if (found.empty()) {
+      images.fail("folder", fmt::format("there is no folder {} in the sequence's folder, below "
+                                        "VISP_INPUT_IMAGE_PATH or among ViSP's images; install "
+                                        "visp-images-data",
+                                        detail::quoted(name)));
+    }
+    useImages(numberedSeries(found, *numbered, rate,
+                             InputError({path, images.value("pattern").line, "images.pattern"},
+                                        fmt::format("no file like {} in {}", pattern, found))));
+  }
+}
+
+void Sequence::useImages(std::vector<ListedImage> images) {
+  hasImages_ = true;
+  for (auto& image : images) frames_.push_back({image.time_s, std::move(image.path), {}, {}});
+}
+
+void Sequence::readCamera(const SequenceOptions& options) {
+  const auto& presets = cameraPresets();
+  const auto preset = std::find_if(presets.begin(), presets.end(),
+                                   [&](const auto& p) { return options.camera == p.name; });
+  cameraSource_ = options.camera.empty() ? inFolder("camera.yaml") : options.camera;
+  if (preset != presets.end()) {
+    camera_ = preset->camera;
+    if (*preset->warning) warnings_.push_back(fmt::format("{}: {}", preset->name, preset->warning));
+  } else if (exists(cameraSource_)) {
+    camera_ = readCameraInfo(cameraSource_);
+  } else {
+    std::vector<std::string> names;
+    for (const auto& p : presets) names.push_back(p.name);
+    throw InputError({cameraSource_, 0, ""},
+                     options.camera.empty()
+                         ? std::string("missing; give --camera FILE|tum-fr1|tum-fr2|tum-fr3|icl")
+                         : "there is no such file and no such preset; the nearest preset is " +
+                               nearestWord(options.camera, names));
+  }
+  // A first image that cannot be read matters only to those who read images.
+  if (hasImages_) {
+    try {
+      const detail::ImageSize size = detail::ImageFile(frames_[0].image).size();
+      if (size.width == camera_.width && size.height == camera_.height) return;
+    } catch (const InputError&) {
+      return;
+    }
+    readImage(0);
+  }
+}
+
+DEPTHSERVO_VISP vpImage<unsigned char> Sequence::readImage(std::size_t frame) const {
+  const std::string& path = frames_[frame].image;
+  const detail::ImageFile file(path);
+  if (file.size().width != camera_.width || file.size().height != camera_.height) {
+    throw InputError(
+        {cameraSource_, 0, ""},
+        fmt::format("the camera has {}x{} pixels, the image {} has {}x{}", camera_.width,
+                    camera_.height, path, file.size().width, file.size().height));
+  }
+  return file.gray();
+}
+
+void Sequence::readTracks(const std::string& path) {
+  TextTable table(path, TextTable::Style::csv, {"timestamp", "id", "u", "v"},
+                  TextTable::Order::notDecreasing);
+  auto groups = readGroups<PixelPoint>(table, [&](int id) {
+    return PixelPoint{id, table.number(2, kPixels, "px"), table.number(3, kPixels, "px")};
+  });
+  assignGroups(std::move(groups), &SequenceFrame::tracks, hasImages_, path, frames_, warnings_);
+  hasTracks_ = true;
+}
+
+void Sequence::readTruth(const std::string& path) {
+  TextTable table(path, TextTable::Style::csv, {"timestamp", "id", "Z"},
+                  TextTable::Order::notDecreasing);
+  auto groups = readGroups<TrueDepth>(table, [&](int id) {
+    return TrueDepth{id, table.number(2, kDepths, "m")};
+  });
+  assignGroups(std::move(groups), &SequenceFrame::truth, hasImages_, path, frames_, warnings_);
+}
+
+void Sequence::readOdometry(const std::string& path) {
+  TextTable table(path, TextTable::Style::csv, {"timestamp", "vx", "vy", "vz", "wx", "wy", "wz"});
+  while (table.next()) {
+    OdometryRow row;
+    row.time_s = table.time();
+    for (int i = 0; i < 3; ++i) {
+      row.twist.linear(i) = table.number(static_cast<std::size_t>(1 + i), kSpeeds, "m/s");
+      row.twist.angular(i) = table.number(static_cast<std::size_t>(4 + i), kSpeeds, "rad/s");
+    }
+    odometry_.push_back(row);
+  }
+}
+
+void Sequence::readPoses(const std::string& path) {
+  TextTable table(path, TextTable::Style::spaces,
+                  {"timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"});
+  const Range component{-1.1, 1.1};
+  while (table.next()) {
+    CameraPose pose;
+    pose.time_s = table.time();
+    for (int i = 0; i < 3; ++i) {
+      pose.wMc.translation()(i) = table.number(static_cast<std::size_t>(1 + i), kPositions, "m");
+    }
+    const Eigen::Quaterniond q(table.number(7, component, ""), table.number(4, component, ""),
+                               table.number(5, component, ""), table.number(6, component, ""));
+    constexpr double kNormError = 0.02;
+    if (std::abs(q.norm() - 1) > kNormError) {
+      table.fail(
+          4, fmt::format("(qx, qy, qz, qw) is not a unit quaternion: its norm is {}", q.norm()));
+    }
+    pose.wMc.linear() = q.normalized().toRotationMatrix();
+    poses_.push_back(pose);
+  }
+}
+
+}  // namespace depthservo

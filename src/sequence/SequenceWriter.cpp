@@ -1,0 +1,198 @@
+#include "depthservo/sequence/SequenceWriter.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "sequence/TextFile.h"
+
+namespace depthservo {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// As many digits, up to 17, as it takes for the double to come back exactly.
+std::string exact(double value) { return fmt::format("{}", value); }
+std::string timeText(double time_s) { return fmt::format("{:.9f}", time_s); }
+
+std::string cameraInfo(const PinholeCamera& camera) {
+  const std::string fx = exact(camera.fx), fy = exact(camera.fy), cx = exact(camera.cx),
+                    cy = exact(camera.cy);
+  return fmt::format(
+      "image_width: {}\nimage_height: {}\ncamera_name: camera\n"
+      "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [{}, 0, {}, 0, {}, {}, 0, 0, 1]\n"
+      "distortion_model: plumb_bob\n"
+      "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n"
+      "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
+      "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}, 0, {}, 0, 0, {}, {}, 0, 0, 0, 1, "
+      "0]\n",
+      camera.width, camera.height, fx, cx, fy, cy, fx, cx, fy, cy);
+}
+
+std::string replayYaml(const ReplayHints& hints) {
+  std::string text;
+  const auto add = [&](const char* key, const std::optional<double>& value) {
+    if (value) text += fmt::format("  {}: {}\n", key, exact(*value));
+  };
+  if (hints.estimator) text += fmt::format("  estimator: {}\n", *hints.estimator);
+  add("prior", hints.prior);
+  add("pixel_noise", hints.pixel_noise);
+  if (const auto& noise = hints.odometry_noise) {
+    text += fmt::format("  odometry_noise: [{}, {}]\n", exact(noise->x()), exact(noise->y()));
+  }
+  add("Z_min", hints.Z_min);
+  add("Z_max", hints.Z_max);
+  add("settling", hints.settling);
+  add("W_min", hints.W_min);
+  add("k", hints.k);
+  add("k_3", hints.k_3);
+  return text.empty() ? "" : "replay:\n" + text;
+}
+
+std::string sequenceYaml(const SequenceSettings& settings) {
+  YAML::Emitter name;
+  name << YAML::DoubleQuoted << settings.name;
+  std::string text = settings.name.empty() ? "" : fmt::format("name: {}\n", name.c_str());
+  const auto list = [&](const auto& values, const auto& item) {
+    std::string joined;
+    for (const auto& value : values) joined += (joined.empty() ? "" : ", ") + item(value);
+    return "[" + joined + "]";
+  };
+  if (!settings.target.points.empty()) {
+    text += "target:\n  type: dots\n  points: " +
+            list(settings.target.points,
+                 [](const Eigen::Vector3d& p) {
+                   return fmt::format("[{}, {}, {}]", exact(p.x()), exact(p.y()), exact(p.z()));
+                 }) +
+            "\n  radius: " + exact(settings.target.radius) + "\n";
+  }
+  if (!settings.dots.empty()) {
+    text += "dots: " +
+            list(settings.dots,
+                 [](const PixelPoint& dot) {
+                   return fmt::format("[{}, {}]", exact(dot.u), exact(dot.v));
+                 }) +
+            "\n";
+  }
+  text += replayYaml(settings.replay);
+  return text.empty() ? "{}\n" : text;
+}
+
+}  // namespace
+
+double fileTime(double time_s) { return detail::toNumber(timeText(time_s)).value_or(time_s); }
+
+SequenceWriter::SequenceWriter(const std::string& folder) : folder_(folder) {
+  std::error_code error;
+  if (folder.empty()) throw InputError({"(no name)", 0, ""}, "a sequence needs a folder");
+  if (fs::exists(fs::symlink_status(folder, error))) {
+    throw InputError({folder, 0, ""}, "exists already; choose another name or remove it");
+  }
+  fs::path target = fs::absolute(folder).lexically_normal();
+  if (!target.has_filename()) target = target.parent_path();
+  folder_ = target.string();
+  std::string temporary = (target.parent_path() / ("." + target.filename().string() + ".XXXXXX"));
+  if (!mkdtemp(temporary.data())) {
+    throw InputError({folder, 0, ""}, fmt::format("cannot be written: {}", std::strerror(errno)));
+  }
+  temporary_ = temporary;
+  fs::create_directory(fs::path(temporary_) / "rgb", error);
+  const mode_t mask = umask(0);  // the only way to ask for it
+  umask(mask);
+  fs::permissions(temporary_, fs::perms(0777 & ~mask), error);
+}
+
+SequenceWriter::~SequenceWriter() {
+  if (temporary_.empty()) return;
+  files_.clear();
+  std::error_code error;
+  fs::remove_all(temporary_, error);
+}
+
+std::ofstream& SequenceWriter::file(const std::string& name, const std::string& header) {
+  const auto [it, isNew] = files_.try_emplace(name);
+  if (isNew) {
+    it->second.open(fs::path(temporary_) / name, std::ios::binary);
+    it->second << header;
+    check(it->second, name);
+  }
+  return it->second;
+}
+
+void SequenceWriter::check(const std::ofstream& out, const std::string& name) const {
+  if (!out) {
+    throw InputError({(fs::path(folder_) / name).string(), 0, ""},
+                     fmt::format("cannot be written: {}", std::strerror(errno)));
+  }
+}
+
+void SequenceWriter::addImage(double time_s, const DEPTHSERVO_VISP vpImage<unsigned char>& image) {
+  const std::string name = fmt::format("rgb/{:06}.png", ++images_);
+  const cv::Mat pixels(static_cast<int>(image.getHeight()), static_cast<int>(image.getWidth()),
+                       CV_8U, image.bitmap);
+  std::vector<unsigned char> bytes;
+  constexpr int kFastCompression = 1;
+  cv::imencode(".png", pixels, bytes, {cv::IMWRITE_PNG_COMPRESSION, kFastCompression});
+  std::ofstream out(fs::path(temporary_) / name, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()),
+            static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  check(out, name);
+  file("rgb.txt", "# timestamp path\n") << timeText(time_s) << ' ' << name << '\n';
+}
+
+void SequenceWriter::addTrack(double time_s, const PixelPoint& point) {
+  file("tracks.csv", "timestamp,id,u,v\n")
+      << fmt::format("{},{},{},{}\n", timeText(time_s), point.id, exact(point.u), exact(point.v));
+}
+
+void SequenceWriter::addTruth(double time_s, const TrueDepth& depth) {
+  file("truth.csv", "timestamp,id,Z\n")
+      << fmt::format("{},{},{}\n", timeText(time_s), depth.id, exact(depth.Z));
+}
+
+void SequenceWriter::addOdometry(double time_s, const Twist& twist) {
+  std::ofstream& out = file("twist.csv", "timestamp,vx,vy,vz,wx,wy,wz\n");
+  out << timeText(time_s);
+  for (const auto* part : {&twist.linear, &twist.angular}) {
+    for (int i = 0; i < 3; ++i) out << ',' << exact((*part)(i));
+  }
+  out << '\n';
+}
+
+void SequenceWriter::addPose(double time_s, const Eigen::Isometry3d& wMc) {
+  std::ofstream& out = file("groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n");
+  const Eigen::Quaterniond q(wMc.linear());
+  out << timeText(time_s);
+  for (const double value : {wMc.translation().x(), wMc.translation().y(), wMc.translation().z(),
+                             q.x(), q.y(), q.z(), q.w()}) {
+    out << ' ' << exact(value);
+  }
+  out << '\n';
+}
+
+void SequenceWriter::finish(const SequenceSettings& settings) {
+  file("camera.yaml", cameraInfo(settings.camera));
+  file("sequence.yaml", sequenceYaml(settings));
+  for (auto& [name, out] : files_) {
+    out.close();
+    check(out, name);
+  }
+  files_.clear();
+  std::error_code error;
+  if (images_ == 0) fs::remove(fs::path(temporary_) / "rgb", error);
+  if (fs::exists(fs::symlink_status(folder_, error))) {
+    throw InputError({folder_, 0, ""}, "exists already; choose another name or remove it");
+  }
+  fs::rename(temporary_, folder_, error);
+  if (error) throw InputError({folder_, 0, ""}, "cannot be written: " + error.message());
+  temporary_.clear();
+}
+
+}  // namespace depthservo
