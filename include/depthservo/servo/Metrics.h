@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "depthservo/servo/RunLog.h"
+
+namespace depthservo {
+
+/// What became of one point. Depths are those of the last frame that knows the point.
+struct PointMetrics {
+  int id = 0;
+  double Z = kUnknown, sigma_Z = kUnknown;  ///< [m]
+  double Z_true = kUnknown;                 ///< [m]
+  double relative_error = kUnknown;         ///< |Z - Z_true| / Z_true [-]
+  DepthStatus status = DepthStatus::unset;
+  std::size_t measured_frames = 0, hidden_frames = 0;
+};
+
+/// The figures of a run or a replay. Whatever the log cannot tell is kUnknown.
+struct Metrics {
+  double duration_s = 0;  ///< from the first frame to the last
+  std::size_t frames = 0;
+  double final_error_px =
+      kUnknown;          ///< rms distance of the features to their goals in the last frame
+  double max_gap_s = 0;  ///< longest time a point, once seen, went without a measurement
+  double min_border_px =
+      kUnknown;               ///< smallest distance of a dot's centre to the border; < 0 outside
+  bool all_in_image = false;  ///< every dot was known to be in the image in every frame
+  double final_depth_error_max = kUnknown;  ///< greatest relative_error of the points [-]
+  /// Share of the estimates (converging or valid, truth known) whose inverse depth is within 2
+  /// sigma of the true one [-]; 0.954 for an honest sigma and Gaussian errors.
+  double coverage_2sigma = kUnknown;
+  std::vector<PointMetrics> points;  ///< by ascending id
+};
+
+Metrics computeMetrics(const RunLog& log);
+
+/// One JSON object: command, name, seed, outcome (of a run only), reason, metrics, points. The keys
+/// of the figures are the names of the members above; unknown figures are null.
+std::string toJson(const RunLog& log);
+
+}  // namespace depthservo

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+
+#include "depthservo/sequence/Sequence.h"
+#include "depthservo/servo/RunLog.h"
+#include "depthservo/servo/Scenario.h"
+
+namespace depthservo {
+
+/// How points are found in recorded data.
+enum class ReplayTracker {
+  automatic,  ///< dots where there are images and start positions, tracks without images
+  dots,       ///< DotTracker from the start positions, or from the target's pattern without them
+  tracks,     ///< tracks.csv
+};
+
+/// Where the camera's motion is taken from.
+enum class ReplayMotion {
+  automatic,    ///< the first of these that the sequence has
+  twist,        ///< twist.csv
+  groundtruth,  ///< groundtruth.txt
+  target,  ///< the pose of the known target, computed in each image; it also gives the true depths
+};
+
+struct ReplayOptions {
+  ReplayTracker tracker = ReplayTracker::automatic;
+  ReplayMotion motion = ReplayMotion::automatic;
+  Scenario::Depth depth;               ///< estimator, first guess, range
+  std::optional<double> priorSigma_Z;  ///< 1 sigma of the first guess [m]; none: the wide default
+  double pixelNoise_px = 0.5;          ///< 1 sigma per axis told to the estimator [px]
+
+  /// White noise of the odometry told to the estimator, 1 sigma per row [m/s, rad/s].
+  Eigen::Vector2d odometryNoise = Eigen::Vector2d::Zero();
+
+  /// As the sequence itself asks for, with the defaults above for the rest. \throw InputError
+  static ReplayOptions of(const Sequence& sequence);
+};
+
+/// Observes depth on recorded data: the same tracker and estimator as in the servo loop, with no
+/// robot. \param progress called with the fraction done, may be empty \throw InputError the
+/// sequence lacks what the options ask for, or an image cannot be read
+RunLog replay(const Sequence& sequence, const ReplayOptions& options,
+              const std::function<void(double)>& progress = {});
+
+}  // namespace depthservo

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "depthservo/depth/DepthEstimate.h"
+#include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/motion/Twist.h"
+
+namespace depthservo {
+
+/// How a run ended.
+enum class Outcome { converged, stalled, leftImage, lost, diverged, collision, timeout };
+/// As printed: converged | stalled | left-image | lost | diverged | collision | timeout.
+const char* toString(Outcome outcome);
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// One feature in one frame.
+struct FeatureRecord {
+  int id = 0;
+  double u = 0, v = 0;  ///< measured, or predicted while hidden [px]
+  bool measured = false;
+  DepthEstimate estimate;
+  double Z_true = kUnknown;                     ///< [m]
+  double u_true = kUnknown, v_true = kUnknown;  ///< where the point really is, seen or not [px]
+};
+
+/// One image and what was done about it.
+struct FrameRecord {
+  double time_s = 0;
+  double error_px =
+      kUnknown;  ///< rms distance of the features to their goals [px]; unknown in a replay
+  Eigen::VectorXd
+      command;  ///< robot velocities asked for, e.g. (v [m/s], w [rad/s]); empty in a replay
+  Eigen::VectorXd applied;  ///< after limits and actuators
+  Twist twist;              ///< of the camera, as measured by odometry
+  Eigen::Vector3d robotPose{kUnknown, kUnknown, kUnknown};  ///< x, y [m], theta [rad] in the world
+  std::vector<FeatureRecord> features;
+};
+
+/// Something worth pointing at in a plot.
+struct Event {
+  double time_s = 0;
+  std::string what;  ///< "point 2 hidden"
+};
+
+/// The whole story of a run or a replay, in memory.
+struct RunLog {
+  std::string command;        ///< "run" or "replay"
+  std::string name;           ///< of the scenario or the sequence
+  std::string configuration;  ///< effective configuration, one JSON object
+  unsigned seed = 0;
+  PinholeCamera camera;
+  std::vector<Eigen::Vector2d> goals;     ///< desired pixels by feature index; empty in a replay
+  std::vector<std::string> commandNames;  ///< "v [m/s]", "w [rad/s]"
+  std::vector<FrameRecord> frames;
+  std::vector<Event> events;
+
+  bool hasOutcome = false;  ///< a run has one, a replay has not
+  Outcome outcome = Outcome::timeout;
+  std::string reason;  ///< one sentence: why it ended like this
+
+  /// Gray images worth keeping, by file stem ("first", "last"), row-major 8 bit of the camera's
+  /// size.
+  std::vector<std::pair<std::string, std::vector<unsigned char>>> images;
+
+  /// Seconds of wall clock per frame, by stage; the only thing that differs between two equal runs.
+  std::vector<std::pair<std::string, std::vector<double>>> timings;
+};
+
+}  // namespace depthservo

@@ -1,0 +1,184 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/sequence/InputError.h"
+#include "depthservo/servo/RunLog.h"
+#include "depthservo/tracking/DotTarget.h"
+
+namespace depthservo {
+
+/// Every depth estimator by the name users give it: constant | true | two-frame | nonlinear |
+/// window | filter | joint | pose.
+enum class EstimatorKind { constant, trueDepth, twoFrame, nonlinear, window, filter, joint, pose };
+const char* toString(EstimatorKind kind);
+
+/// The estimator of this name, if this version has it; otherwise throws InputError at `place`.
+EstimatorKind availableEstimator(const std::string& name, const InputError::Place& place);
+
+/// Everything a closed-loop run needs. A member is the YAML key of the same name, with its default;
+/// units, ranges and effects of all keys stand in doc/formats.md.
+///
+/// World frame: z up, x and y on the floor. Poses with `rpy` (roll, pitch, yaw) [rad] have the
+/// rotation Rz(yaw) Ry(pitch) Rx(roll) and map coordinates of the posed frame to the world.
+struct Scenario {
+  struct Camera {
+    int width = 640, height = 480;  ///< [px]
+    double fx = 600, fy = 600;      ///< [px]
+    double cx = 319.5, cy = 239.5;  ///< [px]
+    double rate = 30;               ///< images per second [Hz]
+
+    PinholeCamera pinhole() const { return {width, height, fx, fy, cx, cy}; }
+  };
+
+  struct Pose {
+    Eigen::Vector3d xyz = Eigen::Vector3d::Zero();  ///< [m]
+    Eigen::Vector3d rpy = Eigen::Vector3d::Zero();  ///< [rad]
+
+    Eigen::Isometry3d isometry() const;
+  };
+
+  /// A twist of the target in its own frame, held until a time.
+  struct TwistUntil {
+    double until = 0;                                                     ///< [s]
+    Eigen::Matrix<double, 6, 1> v = Eigen::Matrix<double, 6, 1>::Zero();  ///< [m/s, rad/s]
+  };
+
+  struct Target {
+    std::vector<Eigen::Vector3d> points;  ///< centres of the dots, object frame, z = 0 [m]
+    double radius = 0.02;                 ///< [m]
+    /// wMo. The default faces the -x direction of the world: object x is world -y, y is world -z
+    /// and z is world x.
+    Pose pose{{0, 0, 0.13}, {-1.5707963267948966, 0, -1.5707963267948966}};
+    std::vector<TwistUntil> twist;  ///< empty or zero: the target stands still
+
+    DotTarget dots() const { return {points, radius}; }
+  };
+
+  /// Pose of the robot on the floor.
+  struct PlanarPose {
+    double x = 0, y = 0;  ///< [m]
+    double theta = 0;     ///< [rad], from world x towards y
+  };
+
+  struct Limits {
+    double v = 0.5;  ///< [m/s]
+    double w = 1;    ///< [rad/s]
+    double dv = 1;   ///< [m/s^2]
+    double dw = 2;   ///< [rad/s^2]
+  };
+
+  struct Robot {
+    Eigen::Vector3d camera_offset = Eigen::Vector3d::Zero();  ///< robot frame: x forward, z up [m]
+    double camera_yaw = 0;                                    ///< optical axis, about robot z [rad]
+    PlanarPose initial;
+    std::optional<PlanarPose> goal;  ///< this or control.desired
+    Limits limits;
+    double lag = 0;  ///< time constant of the drives [s]; 0: none
+  };
+
+  enum class Source { geometry, image };
+
+  /// Points that are not seen for a while.
+  struct Hidden {
+    double from = 0, to = 0;  ///< [s], from < to
+    std::vector<int> points;  ///< indices; empty: all
+
+    bool covers(double time_s, int point) const;
+  };
+
+  struct Sensing {
+    Source source = Source::image;
+    double pixel_noise = 0;  ///< 1 sigma per axis of every measured position [px]
+    std::optional<double>
+        assumed_noise;  ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
+    std::vector<Hidden> hidden;
+    double outliers = 0;         ///< fraction of measurements that are wrong [-]
+    double delay = 0;            ///< age of an image when it arrives [s]
+    double gray_noise = 0;       ///< 1 sigma [gray levels]
+    double exposure = 0;         ///< motion blur lasts this long [s]
+    double vignetting = 0;       ///< fraction of light lost in the corners [-]
+    bool light_on_dark = false;  ///< dots lighter than the plate
+
+    /// assumed_noise if given, else max(pixel_noise, 0.1) [px].
+    double assumedNoise_px() const;
+  };
+
+  enum class OdometryMode { measured, commanded };
+
+  struct Odometry {
+    double scale = 1;                                 ///< measured / true linear velocity [-]
+    double scale_sigma = 0;                           ///< 1 sigma of it told to the estimator [-]
+    Eigen::Vector2d noise = Eigen::Vector2d::Zero();  ///< 1 sigma per row [m/s, rad/s]
+    double rate = 30;                                 ///< rows per second [Hz]
+    OdometryMode mode = OdometryMode::measured;
+    double ticks = 0;          ///< resolution of the wheel encoders [m]; 0: perfect
+    double wheel_base = 0.36;  ///< distance between the wheels [m]
+
+    /// 1 sigma per row that the estimator is told: commanded velocities have no noise of their own.
+    Eigen::Vector2d toldNoise() const;
+  };
+
+  /// Gains of the nonlinear observer: k and k_3 if given, otherwise scheduled by settling and
+  /// W_min.
+  struct Gains {
+    double settling = 1.5;         ///< to 2 % [s]
+    double W_min = 0.01;           ///< excitation below which the gain stops growing [m/s]
+    std::optional<double> k, k_3;  ///< [1/s] and [1/m^2], normalised image coordinates
+
+    ObserverGains observer() const;
+  };
+
+  struct Depth {
+    EstimatorKind estimator = EstimatorKind::nonlinear;
+    double initial = 1;                ///< first guess for every point [m]
+    double Z_min = 0.05, Z_max = 100;  ///< [m]
+    Gains gains;
+
+    DepthRange range() const { return {Z_min, Z_max}; }
+  };
+
+  enum class Interaction { current, mean, desired };
+
+  struct Control {
+    double gain = 0.57;      ///< lambda [1/s]
+    double tolerance = 1.5;  ///< rms image error at which the task is done [px]
+    Interaction interaction = Interaction::current;
+    std::vector<Eigen::Vector2d> desired;  ///< desired pixels (u, v); empty: seen from robot.goal
+  };
+
+  struct Expect {
+    Outcome outcome = Outcome::converged;  ///< what the run must end with
+  };
+
+  std::string file;  ///< where it was read; not a key
+  std::string name;
+  unsigned seed = 1;
+  double duration = 30;  ///< [s]
+  Camera camera;
+  Target target;
+  Robot robot;
+  Sensing sensing;
+  Odometry odometry;
+  Depth depth;
+  Control control;
+  std::optional<Expect> expect;  ///< makes the run a regression test
+
+  /// Reads a scenario. \param overrides "key.path=value" each, applied in order; the value is YAML,
+  /// and `null` removes the key. Throws InputError.
+  static Scenario load(const std::string& path, const std::vector<std::string>& overrides = {});
+
+  /// The effective configuration with all defaults: one JSON object, always in the same order.
+  std::string toJson() const;
+
+  /// Every key there is, as "section.key".
+  static std::vector<std::string> keys();
+};
+
+}  // namespace depthservo

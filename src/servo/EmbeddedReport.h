@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string_view>
+
+namespace depthservo {
+
+/// The files of src/servo/report and dygraphs, compiled in.
+struct EmbeddedReport {
+  std::string_view page;    ///< HTML with {{placeholders}}
+  std::string_view style;   ///< CSS
+  std::string_view script;  ///< JavaScript: dygraphs, its synchronizer, ours
+};
+const EmbeddedReport& embeddedReport();
+
+}  // namespace depthservo

@@ -1,0 +1,120 @@
+#include "depthservo/servo/Metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+namespace depthservo {
+namespace {
+
+/// Distance of a pixel to the nearest border of the image [px]; negative outside.
+double borderDistance(const PinholeCamera& camera, double u, double v) {
+  return std::min({u + 0.5, v + 0.5, camera.width - 0.5 - u, camera.height - 0.5 - v});
+}
+
+/// Smallest border distance of the dots whose place is known: the true one, or else the measured
+/// one.
+double smallestBorderDistance(const RunLog& log) {
+  double smallest = kUnknown;
+  for (const FrameRecord& frame : log.frames) {
+    for (const FeatureRecord& feature : frame.features) {
+      const bool hasTruth = std::isfinite(feature.u_true) && std::isfinite(feature.v_true);
+      if (!hasTruth && !feature.measured) continue;
+      const double distance = hasTruth ? borderDistance(log.camera, feature.u_true, feature.v_true)
+                                       : borderDistance(log.camera, feature.u, feature.v);
+      smallest = std::fmin(smallest, distance);
+    }
+  }
+  return smallest;
+}
+
+double coverageWithin2Sigma(const RunLog& log) {
+  std::size_t judged = 0, covered = 0;
+  for (const FrameRecord& frame : log.frames) {
+    for (const FeatureRecord& feature : frame.features) {
+      const DepthEstimate& estimate = feature.estimate;
+      const bool claimsDepth =
+          estimate.status == DepthStatus::valid || estimate.status == DepthStatus::converging;
+      if (!claimsDepth || !(feature.Z_true > 0)) continue;
+      ++judged;
+      if (std::abs(estimate.chi - 1 / feature.Z_true) <= 2 * estimate.sigma_chi) ++covered;
+    }
+  }
+  return judged > 0 ? static_cast<double>(covered) / static_cast<double>(judged) : kUnknown;
+}
+
+}  // namespace
+
+Metrics computeMetrics(const RunLog& log) {
+  Metrics metrics;
+  metrics.frames = log.frames.size();
+  if (log.frames.empty()) return metrics;
+  metrics.duration_s = log.frames.back().time_s - log.frames.front().time_s;
+  metrics.final_error_px = log.frames.back().error_px;
+  metrics.min_border_px = smallestBorderDistance(log);
+  metrics.all_in_image = metrics.min_border_px >= 0;
+  metrics.coverage_2sigma = coverageWithin2Sigma(log);
+
+  struct Story {
+    PointMetrics point;
+    double lastMeasured_s = 0;
+  };
+  std::map<int, Story> stories;
+  for (const FrameRecord& frame : log.frames) {
+    for (const FeatureRecord& feature : frame.features) {
+      if (feature.estimate.status == DepthStatus::unset) continue;
+      const auto [found, isNew] = stories.try_emplace(feature.id);
+      auto& [point, lastMeasured_s] = found->second;
+      if (isNew) lastMeasured_s = frame.time_s;
+      point.id = feature.id;
+      point.Z = feature.estimate.Z();
+      point.sigma_Z = feature.estimate.sigma_Z();
+      point.Z_true = feature.Z_true;
+      point.relative_error = std::abs(point.Z - point.Z_true) / point.Z_true;
+      point.status = feature.estimate.status;
+      ++(feature.measured ? point.measured_frames : point.hidden_frames);
+      if (point.hidden_frames > 0) {
+        metrics.max_gap_s = std::max(metrics.max_gap_s, frame.time_s - lastMeasured_s);
+      }
+      if (feature.measured) lastMeasured_s = frame.time_s;
+    }
+  }
+  for (const auto& [id, story] : stories) {
+    metrics.points.push_back(story.point);
+    metrics.final_depth_error_max =
+        std::fmax(metrics.final_depth_error_max, story.point.relative_error);
+  }
+  return metrics;
+}
+
+std::string toJson(const RunLog& log) {
+  using Json = nlohmann::ordered_json;
+  const Metrics metrics = computeMetrics(log);
+  Json points = Json::array();
+  for (const PointMetrics& point : metrics.points) {
+    points.push_back({{"id", point.id},
+                      {"Z", point.Z},
+                      {"sigma_Z", point.sigma_Z},
+                      {"Z_true", point.Z_true},
+                      {"relative_error", point.relative_error},
+                      {"status", toString(point.status)},
+                      {"measured_frames", point.measured_frames},
+                      {"hidden_frames", point.hidden_frames}});
+  }
+  Json json = {{"command", log.command}, {"name", log.name}, {"seed", log.seed}};
+  if (log.hasOutcome) json["outcome"] = toString(log.outcome);
+  json["reason"] = log.reason;
+  json["metrics"] = {{"duration_s", metrics.duration_s},
+                     {"frames", metrics.frames},
+                     {"final_error_px", metrics.final_error_px},
+                     {"max_gap_s", metrics.max_gap_s},
+                     {"min_border_px", metrics.min_border_px},
+                     {"all_in_image", metrics.all_in_image},
+                     {"final_depth_error_max", metrics.final_depth_error_max},
+                     {"coverage_2sigma", metrics.coverage_2sigma}};
+  json["points"] = std::move(points);
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace depthservo

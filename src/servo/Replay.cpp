@@ -1,0 +1,284 @@
+#include "depthservo/servo/Replay.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "depthservo/tracking/DotTracker.h"
+#include "depthservo/tracking/TargetPose.h"
+#include "servo/expectedPoints.h"
+#include "servo/makeEstimator.h"
+
+#ifdef VISP_NAMESPACE_NAME
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+namespace {
+
+[[noreturn]] void refuse(const Sequence& sequence, const std::string& message) {
+  throw InputError({sequence.folder(), 0, ""}, message);
+}
+
+ReplayTracker chooseTracker(const Sequence& sequence, ReplayTracker wanted) {
+  const bool canSeeDots =
+      sequence.hasImages() && (!sequence.dots().empty() || !sequence.target().points.empty());
+  if (wanted == ReplayTracker::automatic) {
+    wanted = sequence.hasImages() ? ReplayTracker::dots : ReplayTracker::tracks;
+  }
+  if (wanted == ReplayTracker::dots && !canSeeDots) {
+    refuse(sequence,
+           sequence.hasImages()
+               ? "no dots to track: give their start positions as 'dots: [[u, v], ...]' or the "
+                 "'target' in sequence.yaml"
+               : "--tracker dots needs images (rgb.txt)");
+  }
+  if (wanted == ReplayTracker::tracks && !sequence.hasTracks()) {
+    refuse(sequence, "no tracks.csv and no images: there are no points to observe");
+  }
+  return wanted;
+}
+
+ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
+  const bool hasTwist = !sequence.odometry().empty();
+  const bool hasPoses = sequence.poses().size() > 1;
+  const bool hasTarget = sequence.target().points.size() >= 4;
+  if (wanted == ReplayMotion::automatic) {
+    wanted = hasTwist   ? ReplayMotion::twist
+             : hasPoses ? ReplayMotion::groundtruth
+                        : ReplayMotion::target;
+    if (wanted == ReplayMotion::target && !hasTarget) {
+      refuse(sequence,
+             "the camera's motion is unknown: needs twist.csv, groundtruth.txt or a target of at "
+             "least four points in sequence.yaml");
+    }
+  }
+  if (wanted == ReplayMotion::twist && !hasTwist)
+    refuse(sequence, "--motion twist needs twist.csv");
+  if (wanted == ReplayMotion::groundtruth && !hasPoses) {
+    refuse(sequence, "--motion groundtruth needs groundtruth.txt with at least two poses");
+  }
+  if (wanted == ReplayMotion::target && !hasTarget) {
+    refuse(sequence, "--motion target needs a target of at least four points in sequence.yaml");
+  }
+  return wanted;
+}
+
+std::unique_ptr<PointTracker> makeTracker(const Sequence& sequence) {
+  if (sequence.dots().empty()) return std::make_unique<DotTracker>(sequence.target());
+  std::vector<Eigen::Vector2d> starts;
+  for (const PixelPoint& dot : sequence.dots()) starts.emplace_back(dot.u, dot.v);
+  return std::make_unique<DotTracker>(starts);
+}
+
+/// Every id the tracker may give, ascending.
+std::vector<int> allIds(const Sequence& sequence, ReplayTracker tracker) {
+  std::set<int> ids;
+  if (tracker == ReplayTracker::tracks) {
+    for (const SequenceFrame& frame : sequence.frames()) {
+      for (const PixelPoint& point : frame.tracks) ids.insert(point.id);
+    }
+  } else {
+    const std::size_t count =
+        sequence.dots().empty() ? sequence.target().points.size() : sequence.dots().size();
+    for (std::size_t i = 0; i < count; ++i) ids.insert(static_cast<int>(i));
+  }
+  return {ids.begin(), ids.end()};
+}
+
+/// One replay under way.
+class Replayer {
+ public:
+  Replayer(const Sequence& sequence, const ReplayOptions& options)
+      : sequence_(sequence),
+        camera_(sequence.camera()),
+        sigma_(options.pixelNoise_px / camera_.focal_px()),
+        trackerKind_(chooseTracker(sequence, options.tracker)),
+        motionKind_(chooseMotion(sequence, options.motion)),
+        ids_(allIds(sequence, trackerKind_)),
+        estimator_(makeEstimator(
+            options.depth, {options.odometryNoise[0], options.odometryNoise[1]}, ids_.size())),
+        targetPose_(sequence.target(), camera_) {
+    DepthPrior prior{options.depth.initial};
+    if (options.priorSigma_Z) prior.sigma_chi = *options.priorSigma_Z / (prior.Z * prior.Z);
+    for (const int id : ids_) estimator_->setPrior(id, prior);
+    if (trackerKind_ == ReplayTracker::dots) tracker_ = makeTracker(sequence);
+
+    const std::vector<OdometryRow> rows =
+        motionKind_ == ReplayMotion::groundtruth ? odometryFromPoses(sequence.poses())
+        : motionKind_ == ReplayMotion::twist     ? sequence.odometry()
+                                                 : std::vector<OdometryRow>();
+    odometry_ = MotionBuffer(std::max(rows.size(), sequence.frames().size()));
+    for (const OdometryRow& row : rows) odometry_.push(row.time_s, row.twist);
+    describe(options);
+  }
+
+  RunLog run(const std::function<void(double)>& progress) {
+    const std::size_t count = sequence_.frames().size();
+    for (std::size_t k = 0; k < count; ++k) {
+      log_.frames.push_back(frame(k));
+      if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(count));
+    }
+    return std::move(log_);
+  }
+
+ private:
+  FrameRecord frame(std::size_t k) {
+    const SequenceFrame& source = sequence_.frames()[k];
+    const std::vector<TrackedPoint> points = track(k);
+    const std::optional<TargetPose::Result> pose = followTarget(source.time_s, points);
+    const Coverage coverage = estimator_->advance(odometry_, source.time_s);
+    noteCoverage(source.time_s, coverage);
+    const bool isUsed = coverage != Coverage::afterEnd && coverage != Coverage::reversed;
+    if (isUsed) correct(points);
+
+    FrameRecord record;
+    record.time_s = source.time_s;
+    for (const int id : ids_) {
+      DepthEstimate estimate = estimator_->estimate(id);
+      if (estimate.status == DepthStatus::unset) continue;
+      if (!isUsed) estimate.status = std::min(estimate.status, DepthStatus::coasting);
+      const auto point = std::find_if(points.begin(), points.end(),
+                                      [id](const TrackedPoint& p) { return p.id == id; });
+      const bool isMeasured = isUsed && point != points.end();
+      const Eigen::Vector2d pixel = isMeasured ? Eigen::Vector2d(point->u, point->v)
+                                               : camera_.toPixel(estimate.x, estimate.y);
+      record.features.push_back(
+          {id, pixel.x(), pixel.y(), isMeasured, estimate, trueDepth(source, id, pose)});
+    }
+    const auto [motion, known] = odometry_.motion(lastTime_s_, source.time_s);
+    if (known == Coverage::complete) record.twist = motion.twist();
+    lastTime_s_ = source.time_s;
+    return record;
+  }
+
+  std::vector<TrackedPoint> track(std::size_t k) {
+    const SequenceFrame& source = sequence_.frames()[k];
+    if (!tracker_) {
+      std::vector<TrackedPoint> points;
+      for (const PixelPoint& point : source.tracks)
+        points.push_back({point.id, point.u, point.v, 0});
+      return points;
+    }
+    const vpImage<unsigned char> image = sequence_.readImage(k);
+    if (k == 0 || k + 1 == sequence_.frames().size()) {
+      log_.images.emplace_back(
+          k == 0 ? "first" : "last",
+          std::vector<unsigned char>(image.bitmap, image.bitmap + image.getSize()));
+    }
+    return tracker_->track(image,
+                           expectedPoints(*estimator_, ids_, odometry_, source.time_s, camera_));
+  }
+
+  /// With --motion target, the target's pose in this image says how the camera has moved since the
+  /// last.
+  std::optional<TargetPose::Result> followTarget(double time_s,
+                                                 const std::vector<TrackedPoint>& points) {
+    if (motionKind_ != ReplayMotion::target) return std::nullopt;
+    const std::optional<TargetPose::Result> pose = targetPose_.compute(points);
+    if (!pose) return std::nullopt;
+    const CameraPose now{time_s, pose->cMo.inverse()};
+    if (lastPose_) {
+      const double dt = now.time_s - lastPose_->time_s;
+      odometry_.push(lastPose_->time_s, Motion::fromPoses(lastPose_->wMc, now.wMc, dt).twist());
+      odometry_.holdUntil(now.time_s);
+    }
+    lastPose_ = now;
+    return pose;
+  }
+
+  void correct(const std::vector<TrackedPoint>& points) {
+    observations_.clear();
+    for (const TrackedPoint& point : points) {
+      const Eigen::Vector2d s = camera_.normalise(point.u, point.v);
+      observations_.push_back({point.id, {s.x(), s.y(), sigma_}});
+    }
+    estimator_->correct(observations_);
+  }
+
+  double trueDepth(const SequenceFrame& source, int id,
+                   const std::optional<TargetPose::Result>& pose) const {
+    for (const TrueDepth& truth : source.truth) {
+      if (truth.id == id) return truth.Z;
+    }
+    if (!pose || id < 0 || static_cast<std::size_t>(id) >= sequence_.target().points.size()) {
+      return kUnknown;
+    }
+    return (pose->cMo * sequence_.target().points[static_cast<std::size_t>(id)]).z();
+  }
+
+  void noteCoverage(double time_s, Coverage coverage) {
+    if (coverage == coverage_) return;
+    coverage_ = coverage;
+    log_.events.push_back({time_s, coverage == Coverage::complete
+                                       ? std::string("odometry covers the images again")
+                                       : fmt::format("odometry: {}", toString(coverage))});
+  }
+
+  void describe(const ReplayOptions& options) {
+    log_.command = "replay";
+    log_.name = sequence_.name();
+    log_.camera = camera_;
+    nlohmann::ordered_json configuration{
+        {"tracker", trackerKind_ == ReplayTracker::dots ? "dots" : "tracks"},
+        {"motion", motionKind_ == ReplayMotion::twist         ? "twist"
+                   : motionKind_ == ReplayMotion::groundtruth ? "groundtruth"
+                                                              : "target"},
+        {"estimator", toString(options.depth.estimator)},
+        {"prior_Z", options.depth.initial},
+        {"prior_sigma_Z", nullptr},
+        {"pixel_noise", options.pixelNoise_px},
+        {"odometry_noise", {options.odometryNoise[0], options.odometryNoise[1]}},
+        {"Z_min", options.depth.Z_min},
+        {"Z_max", options.depth.Z_max}};
+    if (options.priorSigma_Z) configuration["prior_sigma_Z"] = *options.priorSigma_Z;
+    log_.configuration = configuration.dump();
+  }
+
+  const Sequence& sequence_;
+  PinholeCamera camera_;
+  double sigma_;  // normalised
+  ReplayTracker trackerKind_;
+  ReplayMotion motionKind_;
+  std::vector<int> ids_;
+  std::unique_ptr<PointSetEstimator> estimator_;
+  std::unique_ptr<PointTracker> tracker_;  // none: tracks.csv
+  TargetPose targetPose_;
+  std::optional<CameraPose> lastPose_;
+  MotionBuffer odometry_;
+  std::vector<PointObservation> observations_;
+  Coverage coverage_ = Coverage::complete;
+  double lastTime_s_ = kUnknown;
+  RunLog log_;
+};
+
+}  // namespace
+
+ReplayOptions ReplayOptions::of(const Sequence& sequence) {
+  const ReplayHints& hints = sequence.replayHints();
+  ReplayOptions options;
+  if (hints.estimator) {
+    options.depth.estimator = availableEstimator(
+        *hints.estimator, {sequence.folder() + "/sequence.yaml", 0, "replay.estimator"});
+  }
+  options.depth.initial = hints.prior.value_or(options.depth.initial);
+  options.pixelNoise_px = hints.pixel_noise.value_or(options.pixelNoise_px);
+  options.odometryNoise = hints.odometry_noise.value_or(options.odometryNoise);
+  options.depth.Z_min = hints.Z_min.value_or(options.depth.Z_min);
+  options.depth.Z_max = hints.Z_max.value_or(options.depth.Z_max);
+  options.depth.gains.settling = hints.settling.value_or(options.depth.gains.settling);
+  options.depth.gains.W_min = hints.W_min.value_or(options.depth.gains.W_min);
+  options.depth.gains.k = hints.k;
+  options.depth.gains.k_3 = hints.k_3;
+  return options;
+}
+
+RunLog replay(const Sequence& sequence, const ReplayOptions& options,
+              const std::function<void(double)>& progress) {
+  return Replayer(sequence, options).run(progress);
+}
+
+}  // namespace depthservo

@@ -1,0 +1,342 @@
+#include "depthservo/servo/ServoLoop.h"
+
+#include <fmt/format.h>
+#include <visp3/core/vpException.h>
+#include <visp3/vs/vpServo.h>
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <limits>
+
+#include "depthservo/features/FeaturePointGroup.h"
+#include "depthservo/sequence/SequenceWriter.h"
+#include "depthservo/tracking/DotTracker.h"
+#include "servo/OutcomeJudge.h"
+#include "servo/World.h"
+#include "servo/expectedPoints.h"
+#include "servo/makeEstimator.h"
+
+#ifdef VISP_NAMESPACE_NAME
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+namespace {
+
+/// After losing the points the command fades out within this time [s].
+constexpr double kRamp_s = 0.5;
+
+/// Sigma of a depth that is told [m]: as good as exact.
+constexpr double kToldSigma_Z = 1e-6;
+
+vpServo::vpServoIteractionMatrixType interactionType(Scenario::Interaction interaction) {
+  switch (interaction) {
+    case Scenario::Interaction::current:
+      return vpServo::CURRENT;
+    case Scenario::Interaction::mean:
+      return vpServo::MEAN;
+    case Scenario::Interaction::desired:
+      return vpServo::DESIRED;
+  }
+  return vpServo::CURRENT;
+}
+
+/// Refuses a pose from which a dot is not in the image.
+void requireInView(const std::vector<World::TruePoint>& points, const PinholeCamera& camera,
+                   const std::string& file, const char* key) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (camera.contains(points[i].u, points[i].v)) continue;
+    const std::string where = std::isnan(points[i].u)
+                                  ? std::string("behind the camera")
+                                  : fmt::format("at ({:.0f}, {:.0f}) px of {} x {}", points[i].u,
+                                                points[i].v, camera.width, camera.height);
+    throw InputError(
+        {file, 0, key},
+        fmt::format("dot {} is not in the image from there: it is {}; move or turn the robot", i,
+                    where));
+  }
+}
+
+/// Seconds of wall clock since the last call.
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const std::chrono::duration<double> lap = now - last_;
+    last_ = now;
+    return lap.count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+/// An image on its way to the controller, with what was true when it was taken.
+struct ServoLoop::Exposure {
+  double time_s;
+  vpImage<unsigned char> image;        // source: image
+  std::vector<TrackedPoint> measured;  // source: geometry
+  std::vector<World::TruePoint> truth;
+  Eigen::Isometry3d wMc;
+};
+
+struct ServoLoop::Parts {
+  explicit Parts(const Scenario& s)
+      : scenario(s),
+        camera(s.camera.pinhole()),
+        world(s),
+        odometry(4096, 1 / s.odometry.rate),
+        features(*makeEstimator(s.depth, s.odometry.toldNoise(), s.target.points.size()),
+                 s.target.points.size()),
+        desired(s.target.points.size()),
+        judge(camera, s.control.tolerance, s.depth.Z_min) {}
+
+  Scenario scenario;
+  PinholeCamera camera;
+  World world;
+  std::deque<Exposure> underway;  // taken, not yet arrived
+
+  std::vector<Eigen::Vector2d> starts;
+  std::unique_ptr<PointTracker> tracker;
+  std::vector<int> ids;
+  std::size_t odometryRead = 0;
+  MotionBuffer odometry;
+
+  FeaturePointGroup features;
+  std::vector<vpFeaturePoint> desired;
+  vpServo task;  // after the features: its destructor still asks them who deallocates them
+
+  Eigen::VectorXd lastCommand = Eigen::VectorXd::Zero(2);  // while tracking
+  double lastTracked_s = 0;
+  bool isTracking = false;
+  std::vector<bool> wasMeasured;
+  OutcomeJudge judge;
+  RunLog log;
+};
+
+ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(scenario)) {
+  Parts& p = *parts_;
+  const PinholeCamera& camera = p.camera;
+  const vpCameraParameters visp(camera.fx, camera.fy, camera.cx, camera.cy);
+  const std::size_t count = scenario.target.points.size();
+
+  requireInView(p.world.truth(), camera, scenario.file, "robot.initial");
+  for (const World::TruePoint& point : p.world.truth()) p.starts.emplace_back(point.u, point.v);
+  if (scenario.sensing.source == Scenario::Source::image) {
+    DotTrackerOptions options;
+    options.polarity =
+        scenario.sensing.light_on_dark ? DotPolarity::lightOnDark : DotPolarity::darkOnLight;
+    p.tracker = std::make_unique<DotTracker>(p.starts, options);
+  }
+
+  std::vector<World::TruePoint> goal;
+  for (const Eigen::Vector2d& pixel : scenario.control.desired) {
+    goal.push_back({pixel.x(), pixel.y(), kUnknown});
+  }
+  if (goal.empty()) {
+    goal = p.world.goal();
+    requireInView(goal, camera, scenario.file, "robot.goal");
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector2d s = camera.normalise(goal[i].u, goal[i].v);
+    const double Z = std::isnan(goal[i].Z) ? scenario.depth.initial : goal[i].Z;
+    p.desired[i].buildFrom(s.x(), s.y(), Z);
+    p.features[i].set_Z(scenario.depth.initial);
+    p.features[i].setServoDepth(ServoDepth::observed);
+    p.features[i].setNoise(scenario.sensing.assumedNoise_px(), visp);
+    p.task.addFeature(p.features[i], p.desired[i]);
+    p.ids.push_back(static_cast<int>(i));
+    p.log.goals.emplace_back(goal[i].u, goal[i].v);
+  }
+  p.task.setServo(vpServo::EYEINHAND_L_cVe_eJe);
+  p.task.setInteractionMatrixType(interactionType(scenario.control.interaction));
+  p.task.setLambda(scenario.control.gain);
+  p.task.set_cVe(p.world.robot().cVe());
+
+  p.wasMeasured.assign(count, true);
+  p.log.command = "run";
+  p.log.name = scenario.name;
+  p.log.configuration = scenario.toJson();
+  p.log.seed = scenario.seed;
+  p.log.camera = camera;
+  p.log.commandNames = {"v [m/s]", "w [rad/s]"};
+  p.log.timings = {{"render", {}}, {"track", {}}, {"observe", {}}, {"control", {}}};
+}
+
+ServoLoop::~ServoLoop() = default;
+
+std::vector<PixelPoint> ServoLoop::starts() const {
+  std::vector<PixelPoint> dots;
+  for (const Eigen::Vector2d& start : parts_->starts) {
+    dots.push_back({static_cast<int>(dots.size()), start.x(), start.y()});
+  }
+  return dots;
+}
+
+RunLog ServoLoop::run(RunWatcher* watcher) {
+  Parts& p = *parts_;
+  const Scenario& scenario = p.scenario;
+  std::optional<OutcomeJudge::Verdict> verdict;
+  for (int image = 0; !verdict;) {
+    const double next = fileTime(image / scenario.camera.rate);
+    const double arrival = p.underway.empty() ? std::numeric_limits<double>::infinity()
+                                              : p.underway.front().time_s + scenario.sensing.delay;
+    if (std::min(next, arrival) > scenario.duration + 1e-9) {
+      verdict = {Outcome::timeout, fmt::format("not done after {:.6g} s", scenario.duration)};
+    } else if (next < arrival) {
+      p.world.advanceTo(next);
+      look(next);
+      ++image;
+      verdict = p.judge.atExposure(p.underway.back().truth);
+    } else {
+      p.world.advanceTo(fileTime(arrival));
+      const Exposure exposure = std::move(p.underway.front());
+      p.underway.pop_front();
+      p.log.frames.push_back(process(exposure));
+      const FrameRecord& frame = p.log.frames.back();
+      const bool hasImage = exposure.image.getSize() > 0;
+      if (hasImage) keep(exposure.image);
+      if (watcher) {
+        watcher->onFrame(
+            {frame, hasImage ? &exposure.image : nullptr, p.log, p.world.odometry(), exposure.wMc});
+      }
+      verdict = p.judge.afterCommand(frame, p.isTracking);
+      if (!frame.command.allFinite()) {
+        verdict = {Outcome::diverged, "the control law gave a command that is not finite"};
+      }
+    }
+  }
+  p.log.hasOutcome = true;
+  p.log.outcome = verdict->outcome;
+  p.log.reason = verdict->reason;
+  return std::move(p.log);
+}
+
+void ServoLoop::look(double time_s) {
+  Parts& p = *parts_;
+  Exposure exposure{time_s, {}, {}, p.world.truth(), p.world.robot().wMc()};
+  Stopwatch watch;
+  if (p.scenario.sensing.source == Scenario::Source::image) {
+    p.world.expose(exposure.image);
+  } else {
+    exposure.measured = p.world.measure();
+  }
+  p.log.timings[0].second.push_back(watch.lap());
+  p.underway.push_back(std::move(exposure));
+}
+
+FrameRecord ServoLoop::process(const Exposure& exposure) {
+  Parts& p = *parts_;
+  const UnicycleCamera& robot = p.world.robot();
+  FrameRecord record;
+  record.time_s = exposure.time_s;
+  record.robotPose = {robot.pose().x, robot.pose().y, robot.pose().theta};
+  record.applied = robot.velocity();
+
+  const auto& rows = p.world.odometry();
+  for (; p.odometryRead < rows.size(); ++p.odometryRead) {
+    p.odometry.push(rows[p.odometryRead].time_s, rows[p.odometryRead].twist);
+  }
+  if (!rows.empty()) record.twist = rows.back().twist;
+
+  observe(exposure, record);
+  record.command = control(record);
+  p.world.setCommand(record.command);
+  return record;
+}
+
+void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
+  Parts& p = *parts_;
+  Stopwatch watch;
+  const PointSetEstimator& estimator = p.features.estimator();
+  const std::vector<TrackedPoint>& points =
+      p.tracker ? p.tracker->track(exposure.image, expectedPoints(estimator, p.ids, p.odometry,
+                                                                  exposure.time_s, p.camera))
+                : exposure.measured;
+  p.log.timings[1].second.push_back(watch.lap());
+
+  for (const TrackedPoint& point : points) {
+    const Eigen::Vector2d s = p.camera.normalise(point.u, point.v);
+    p.features[static_cast<std::size_t>(point.id)].set_x(s.x());
+    p.features[static_cast<std::size_t>(point.id)].set_y(s.y());
+  }
+  p.features.observe(p.odometry, exposure.time_s, p.world.time());
+  if (p.scenario.depth.estimator == EstimatorKind::trueDepth) {
+    for (std::size_t i = 0; i < p.features.size(); ++i) {
+      p.features.setDepth(i, exposure.truth[i].Z, kToldSigma_Z);
+    }
+  }
+  p.log.timings[2].second.push_back(watch.lap());
+
+  for (std::size_t i = 0; i < p.features.size(); ++i) {
+    const DepthEstimate estimate = estimator.estimate(p.ids[i]);
+    if (estimate.status == DepthStatus::unset) continue;
+    const auto point = std::find_if(points.begin(), points.end(), [&](const TrackedPoint& found) {
+      return found.id == p.ids[i];
+    });
+    const bool isMeasured = point != points.end();
+    const Eigen::Vector2d pixel =
+        isMeasured ? Eigen::Vector2d(point->u, point->v) : p.camera.toPixel(estimate.x, estimate.y);
+    const World::TruePoint& truth = exposure.truth[i];
+    record.features.push_back(
+        {p.ids[i], pixel.x(), pixel.y(), isMeasured, estimate, truth.Z, truth.u, truth.v});
+    if (isMeasured != p.wasMeasured[i]) {
+      note(exposure.time_s, fmt::format("dot {} {}", i, isMeasured ? "seen again" : "hidden"));
+      p.wasMeasured[i] = isMeasured;
+    }
+  }
+}
+
+Eigen::VectorXd ServoLoop::control(FrameRecord& record) {
+  Parts& p = *parts_;
+  Stopwatch watch;
+  const bool wasTracking = p.isTracking;
+  p.isTracking = true;
+  double squared_px = 0;
+  for (std::size_t i = 0; i < p.features.size(); ++i) {
+    const DepthStatus status = p.features[i].estimate().status;
+    if (status == DepthStatus::unset || status == DepthStatus::lost) p.isTracking = false;
+    const Eigen::Vector2d pixel = p.camera.toPixel(p.features[i].get_x(), p.features[i].get_y());
+    squared_px += (pixel - p.log.goals[i]).squaredNorm();
+  }
+  if (!p.isTracking) {
+    if (wasTracking) note(record.time_s, "lost: the command fades out");
+    const double fade = 1 - (record.time_s - p.lastTracked_s) / kRamp_s;
+    return p.lastCommand * std::max(0.0, fade);
+  }
+  record.error_px = std::sqrt(squared_px / static_cast<double>(p.features.size()));
+
+  Eigen::VectorXd command = Eigen::VectorXd::Constant(2, kUnknown);
+  try {
+    p.task.set_eJe(p.world.robot().eJe());
+    const vpColVector qdot = p.task.computeControlLaw();
+    command << qdot[0], qdot[1];
+  } catch (const vpException& error) {
+    note(record.time_s, std::string("no command: ") + error.getMessage());
+  }
+  p.lastTracked_s = record.time_s;
+  p.lastCommand = command;
+  p.log.timings[3].second.push_back(watch.lap());
+  return command;
+}
+
+void ServoLoop::keep(const vpImage<unsigned char>& image) {
+  std::vector<unsigned char> bytes(image.bitmap, image.bitmap + image.getSize());
+  auto& images = parts_->log.images;
+  if (images.empty()) {
+    images.emplace_back("first", std::move(bytes));
+  } else if (images.size() == 1) {
+    images.emplace_back("last", std::move(bytes));
+  } else {
+    images.back().second = std::move(bytes);
+  }
+}
+
+void ServoLoop::note(double time_s, const std::string& what) {
+  parts_->log.events.push_back({time_s, what});
+}
+
+}  // namespace depthservo

@@ -1,0 +1,383 @@
+(function () {
+'use strict';
+
+// Colour-blind safe (Okabe and Ito 2008). In depth charts the estimate is blue and the truth black;
+// elsewhere each point has its own colour.
+const COLOURS = ['#0072B2', '#E69F00', '#009E73', '#D55E00', '#CC79A7'];
+const ESTIMATE = COLOURS[0], ASKED = COLOURS[1], TRUTH = '#000000';
+const SHOWN_POINTS = 8;
+
+const data = JSON.parse(document.getElementById('data').textContent);
+const run = data.run, time = data.time, frames = data.frames;
+const points = data.points.map((point, index) => (
+  {...point.columns, id: point.id, limit: point.limit, colour: COLOURS[index % COLOURS.length]}));
+const events = run.events.map(event => ({time: event.time - data.start, what: event.what}));
+
+const byId = id => document.getElementById(id);
+const isKnown = value => value !== null && value !== undefined;
+const anyKnown = values => values.some(isKnown);
+
+/** A number as people write it, with so many significant digits. */
+function figure(value, digits) {
+  if (!isKnown(value)) return '–';
+  return String(Number(value.toPrecision(digits || 4)));
+}
+const percent = ratio => isKnown(ratio) ? figure(100 * ratio, 3) + ' %' : '–';
+
+function escaped(text) {
+  return String(text).replace(/[&<>"']/g, c => '&#' + c.charCodeAt(0) + ';');
+}
+
+function element(parent, name, text, className) {
+  const child = document.createElement(name);
+  if (text !== undefined) child.textContent = text;
+  if (className) child.className = className;
+  parent.appendChild(child);
+  return child;
+}
+
+function drawn(parent, name, attributes, text) {
+  const child = document.createElementNS('http://www.w3.org/2000/svg', name);
+  for (const key in attributes) child.setAttribute(key, attributes[key]);
+  if (text !== undefined) child.textContent = text;
+  parent.appendChild(child);
+  return child;
+}
+
+/** Index ranges [first, last] over which a condition holds. */
+function ranges(count, condition) {
+  const found = [];
+  for (let i = 0; i < count; ++i) {
+    if (!condition(i)) continue;
+    if (found.length && found[found.length - 1][1] === i - 1) found[found.length - 1][1] = i;
+    else found.push([i, i]);
+  }
+  return found;
+}
+const hiddenPeriods = some => ranges(time.length, i => some.some(p => p.measured[i] === 0))
+  .map(range => [time[range[0]], time[Math.min(range[1] + 1, time.length - 1)]]);
+
+// ---- Tables -------------------------------------------------------------------------------------
+
+function showPoints() {
+  const table = byId('points');
+  const hasTruth = run.points.some(point => isKnown(point.Z_true));
+  const head = element(element(table, 'thead'), 'tr');
+  const titles = ['point', 'Z [m]', '2 sigma [m]'].concat(hasTruth ? ['truth [m]', 'error'] : [],
+    ['status', 'seen']);
+  for (const title of titles) element(head, 'th', title);
+  const body = element(table, 'tbody');
+  for (const point of run.points) {
+    const row = element(body, 'tr'), name = element(row, 'td');
+    const shown = points.find(p => p.id === point.id);
+    element(name, 'span', '', 'chip').style.background = shown ? shown.colour : 'none';
+    name.append(point.id);
+    element(row, 'td', figure(point.Z));
+    element(row, 'td', isKnown(point.sigma_Z) ? figure(2 * point.sigma_Z, 2) : '–');
+    if (hasTruth) {
+      element(row, 'td', figure(point.Z_true));
+      element(row, 'td', percent(point.relative_error));
+    }
+    element(row, 'td', point.status);
+    const all = point.measured_frames + point.hidden_frames;
+    element(row, 'td', percent(all ? point.measured_frames / all : null));
+  }
+}
+
+function showFigures() {
+  const list = byId('figures'), m = run.metrics;
+  const rows = [
+    ['duration', `${figure(m.duration_s)} s, ${m.frames} frames`],
+    ['final image error', isKnown(m.final_error_px) ? figure(m.final_error_px, 3) + ' px rms' : null],
+    ['worst final depth error', isKnown(m.final_depth_error_max) ? percent(m.final_depth_error_max) : null],
+    ['truth within 2 sigma', isKnown(m.coverage_2sigma)
+      ? percent(m.coverage_2sigma) + ' of the estimates (95.4 % if honest)' : null],
+    ['longest gap', m.max_gap_s > 0 ? figure(m.max_gap_s, 3) + ' s' : 'none'],
+    ['smallest distance to the border', isKnown(m.min_border_px)
+      ? figure(m.min_border_px, 3) + ' px' + (m.all_in_image ? '' : ' (outside the image)') : null],
+    ['seed', run.seed],
+  ];
+  for (const [name, value] of rows) {
+    if (value === null) continue;
+    element(list, 'dt', name);
+    element(list, 'dd', value);
+  }
+}
+
+// ---- Paths in the image -------------------------------------------------------------------------
+
+/** SVG path over index range [first, last], without steps below half a unit. */
+function pathOf(x, y, first, last, step) {
+  let path = '', fromX, fromY;
+  for (let i = first; i <= last; ++i) {
+    if (!isKnown(x[i]) || !isKnown(y[i])) { fromX = undefined; continue; }
+    const starts = fromX === undefined;
+    if (!starts && i < last && Math.hypot(x[i] - fromX, y[i] - fromY) < step) continue;
+    path += `${starts ? 'M' : 'L'}${x[i]} ${y[i]}`;
+    fromX = x[i];
+    fromY = y[i];
+  }
+  return path;
+}
+
+function showImage() {
+  const view = byId('image-view'), width = run.camera.width, height = run.camera.height;
+  const size = Math.max(width, height) / 640;  // marks keep their size on the page
+  const svg = drawn(view, 'svg', {viewBox: `-0.5 -0.5 ${width} ${height}`, role: 'img',
+    'aria-label': 'paths of the points in the image'});
+  const line = (path, colour, dashed) => {
+    if (!path) return;
+    const common = {d: path, fill: 'none', 'stroke-linejoin': 'round'};
+    if (!dashed) drawn(svg, 'path', {...common, stroke: '#fff', 'stroke-width': 4 * size, 'stroke-opacity': 0.7});
+    drawn(svg, 'path', {...common, stroke: colour, 'stroke-width': 1.8 * size,
+      'stroke-dasharray': dashed ? `${2 * size} ${3.5 * size}` : 'none'});
+  };
+  for (const point of points) {
+    for (const measured of [0, 1]) {
+      for (const [first, last] of ranges(time.length, i => point.measured[i] === measured)) {
+        // A hidden stretch joins its neighbours.
+        const from = measured ? first : Math.max(first - 1, 0);
+        const to = measured ? last : Math.min(last + 1, time.length - 1);
+        line(pathOf(point.u, point.v, from, to, 0.5), point.colour, !measured);
+      }
+    }
+  }
+  for (const [u, v] of run.goals) {
+    const arm = 7 * size, cross = `M${u - arm} ${v}H${u + arm}M${u} ${v - arm}V${v + arm}`;
+    drawn(svg, 'path', {d: cross, stroke: '#fff', 'stroke-width': 4.5 * size});
+    drawn(svg, 'path', {d: cross, stroke: '#000', 'stroke-width': 1.8 * size});
+  }
+  for (const point of points) {
+    const first = point.u.findIndex(isKnown);
+    let last = point.u.length - 1;
+    while (last > first && !isKnown(point.u[last])) --last;
+    if (first < 0) continue;
+    const ring = {r: 5 * size, stroke: point.colour, 'stroke-width': 2 * size};
+    drawn(svg, 'circle', {...ring, cx: point.u[first], cy: point.v[first], fill: '#fff'});
+    drawn(svg, 'circle', {...ring, cx: point.u[last], cy: point.v[last], r: 3.5 * size, fill: point.colour});
+    drawn(svg, 'text', {x: point.u[first] + 8 * size, y: point.v[first] - 6 * size,
+      style: `font-size: ${13 * size}px; paint-order: stroke; stroke: #fff; stroke-width: ${3 * size}px`}, point.id);
+  }
+  if (run.goals.length === 0) view.parentNode.querySelector('.cross').parentNode.innerHTML = '○ start &nbsp; ● end &nbsp; ┄ hidden';
+
+  const images = ['first', 'last'].filter(stem => byId('image-' + stem));
+  const buttons = images.map(stem => element(byId('image-choice'), 'button', stem + ' image'));
+  const choose = chosen => images.forEach((stem, i) => {
+    byId('image-' + stem).hidden = i !== chosen;
+    buttons[i].setAttribute('aria-pressed', i === chosen);
+  });
+  buttons.forEach((button, i) => { button.type = 'button'; button.onclick = () => choose(i); });
+  choose(images.length - 1);
+}
+
+// ---- Robot path from above ----------------------------------------------------------------------
+
+/** Outline of the target on the floor and the direction it faces, from the configuration; or nothing. */
+function plateFromAbove() {
+  const target = run.configuration && run.configuration.target;
+  if (!target || !target.pose || !Array.isArray(target.points) || target.points.length === 0) return null;
+  const [r, p, y] = target.pose.rpy || [0, 0, 0], [X, Y] = target.pose.xyz || [0, 0];
+  const cr = Math.cos(r), sr = Math.sin(r), cp = Math.cos(p), sp = Math.sin(p), cy = Math.cos(y), sy = Math.sin(y);
+  // First two rows of Rz(yaw) Ry(pitch) Rx(roll).
+  const rotate = q => [
+    cy * cp * q[0] + (cy * sp * sr - sy * cr) * q[1] + (cy * sp * cr + sy * sr) * q[2],
+    sy * cp * q[0] + (sy * sp * sr + cy * cr) * q[1] + (sy * sp * cr - cy * sr) * q[2]];
+  const corners = target.points.map(q => rotate(q)).map(q => [q[0] + X, q[1] + Y]);
+  const facing = rotate([0, 0, -1]);  // object z points away from whoever sees the front
+  if (!corners.flat().concat(facing).every(Number.isFinite)) return null;
+  return {corners, facing, centre: [0, 1].map(k => corners.reduce((sum, q) => sum + q[k], 0) / corners.length)};
+}
+
+function showRobot() {
+  const x = frames.robot_x, y = frames.robot_y, theta = frames.robot_theta;
+  const known = ranges(time.length, i => isKnown(x[i]) && isKnown(y[i]));
+  if (known.length === 0) return;
+  byId('robot').hidden = false;
+  const plate = plateFromAbove();
+  const goal = run.configuration && run.configuration.robot && run.configuration.robot.goal;
+  const all = x.map((value, i) => [value, y[i]]).filter(q => isKnown(q[0]) && isKnown(q[1]));
+  if (plate) all.push(...plate.corners);
+  if (goal) all.push([goal.x, goal.y]);
+  const low = [0, 1].map(k => all.reduce((m, q) => Math.min(m, q[k]), Infinity));
+  const high = [0, 1].map(k => all.reduce((m, q) => Math.max(m, q[k]), -Infinity));
+
+  // Equal scales; world x to the right, y up.
+  const width = 560, margin = {left: 44, right: 26, top: 22, bottom: 34};
+  const extent = Math.max(high[0] - low[0], (high[1] - low[1]) * 1.2, 0.2);
+  const scale = (width - margin.left - margin.right) / extent;
+  const inner = Math.max((high[1] - low[1]) * scale, 90), height = inner + margin.top + margin.bottom;
+  const middle = (low[1] + high[1]) / 2, centre = (low[0] + high[0]) / 2;
+  const toX = value => margin.left + (width - margin.left - margin.right) / 2 + (value - centre) * scale;
+  const toY = value => margin.top + inner / 2 - (value - middle) * scale;
+  const svg = drawn(byId('robot'), 'svg', {viewBox: `0 0 ${width} ${height}`, role: 'img',
+    'aria-label': 'robot path from above'});
+
+  const steps = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
+  const tick = steps.find(step => step * scale >= 55) || 100;
+  const grid = {stroke: '#e2e2e2', 'stroke-width': 1};
+  const left = centre - extent / 2, bottom = middle - inner / 2 / scale;
+  for (let k = Math.ceil(left / tick); k * tick <= left + extent + 1e-9; ++k) {
+    drawn(svg, 'path', {...grid, d: `M${toX(k * tick)} ${margin.top - 8}V${height - margin.bottom + 8}`});
+    drawn(svg, 'text', {x: toX(k * tick), y: height - 8, 'text-anchor': 'middle'}, figure(k * tick, 3));
+  }
+  for (let k = Math.ceil(bottom / tick); k * tick <= bottom + inner / scale + 1e-9; ++k) {
+    drawn(svg, 'path', {...grid, d: `M${margin.left - 8} ${toY(k * tick)}H${width - margin.right + 8}`});
+    drawn(svg, 'text', {x: margin.left - 12, y: toY(k * tick) + 4, 'text-anchor': 'end'}, figure(k * tick, 3));
+  }
+  if (plate) {
+    const line = plate.corners.map(q => `${toX(q[0])} ${toY(q[1])}`).join('L');
+    drawn(svg, 'path', {d: 'M' + line + 'Z', stroke: '#000', 'stroke-width': 4, fill: 'none', 'stroke-linejoin': 'round'});
+    const [cx, cy] = [toX(plate.centre[0]), toY(plate.centre[1])];
+    drawn(svg, 'path', {d: `M${cx} ${cy}l${24 * plate.facing[0]} ${-24 * plate.facing[1]}`, stroke: '#000', 'stroke-width': 1.5});
+    drawn(svg, 'text', {x: cx, y: margin.top - 10, 'text-anchor': cx > width - 60 ? 'end' : 'middle'}, 'target');
+  }
+  for (const [first, last] of known) {
+    drawn(svg, 'path', {d: pathOf(x.map(v => isKnown(v) ? toX(v) : null), y.map(v => isKnown(v) ? toY(v) : null), first, last, 0.5),
+      fill: 'none', stroke: ESTIMATE, 'stroke-width': 2});
+  }
+  const robotAt = (px, py, heading, style) => drawn(svg, 'path', {...style, d: 'M10 0L-6 6L-3 0L-6 -6Z',
+    transform: `translate(${toX(px)} ${toY(py)}) rotate(${-(heading || 0) * 180 / Math.PI})`});
+  const begin = known[0][0], end = known[known.length - 1][1];
+  if (goal) robotAt(goal.x, goal.y, goal.theta, {fill: 'none', stroke: '#000', 'stroke-width': 1.2});
+  robotAt(x[begin], y[begin], theta[begin], {fill: '#fff', stroke: ESTIMATE, 'stroke-width': 1.5});
+  robotAt(x[end], y[end], theta[end], {fill: ESTIMATE, 'fill-opacity': 0.85});
+  element(byId('robot'), 'p', '▷ start   ▶ end' + (goal ? '   black outline: goal' : ''), 'key').style.whiteSpace = 'pre';
+}
+
+// ---- Charts -------------------------------------------------------------------------------------
+
+const charts = [];
+
+/**
+ * A time chart. lines: [{name, values, colour, low, high}]; low and high make a band.
+ * options: {log, steps, limit: where bands are cut, hidden: periods to shade, value: (line, row) => legend text}
+ */
+function chart(title, lines, options) {
+  lines = lines.filter(line => anyKnown(line.values));
+  if (lines.length === 0) return;
+  const figureElement = element(byId('charts'), 'figure');
+  const caption = element(figureElement, 'figcaption');
+  element(caption, 'span', title + (options.log ? ', log scale' : ''), 'title');
+  const legend = element(caption, 'div', undefined, 'legend');
+  const body = element(figureElement, 'div', undefined, 'chart-body');
+  const hasBand = lines.some(line => line.low);
+  const usable = value => isKnown(value) && (!options.log || value > 0) ? value : null;
+  const cell = (line, row) => {
+    const value = usable(line.values[row]);
+    if (!hasBand) return value;
+    if (value === null) return [null, null, null];
+    if (!line.low) return [value, value, value];
+    const high = line.high[row];
+    return [line.low[row], Math.min(value, options.limit), Math.min(isKnown(high) ? high : Infinity, options.limit)];
+  };
+  const rows = time.map((t, row) => [t, ...lines.map(line => cell(line, row))]);
+  const names = lines.map(line => line.name);
+  const settings = {
+    labels: ['time'].concat(names.map(escaped)),
+    colors: lines.map(line => line.colour),
+    customBars: hasBand, fillAlpha: 0.22, strokeWidth: 1.6,
+    logscale: Boolean(options.log), stepPlot: Boolean(options.steps),
+    includeZero: !options.log && !hasBand,
+    legend: 'always', labelsDiv: legend, labelsKMB: false,
+    axisLabelFontSize: 12, gridLineColor: '#e6e6e6', axisLineColor: '#909090',
+    xRangePad: 0, yRangePad: 8, animatedZooms: false, highlightCircleSize: 3.5,
+    legendFormatter: shown => {
+      const row = shown.x === undefined ? -1 : shown.dygraph.getSelection();
+      const parts = lines.map(line => `<i style="border-color:${line.colour}"></i>${escaped(line.name)}` +
+        (row >= 0 ? ` <b>${escaped(options.value ? options.value(line, row) : figure(line.values[row], 3))}</b>` : ''));
+      return (row >= 0 ? `${time[row].toFixed(2)} s` : '').padEnd(8, '\u2007') + parts.join('');
+    },
+    axes: {x: {axisLabelFormatter: value => figure(value, 6) + ' s', pixelsPerLabel: 70},
+           y: {axisLabelFormatter: value => figure(value, 6), axisLabelWidth: 48, pixelsPerLabel: 34}},
+    underlayCallback: (context, area, graph) => {
+      context.save();
+      context.fillStyle = '#e4e4e4';
+      for (const [begin, end] of options.hidden) {
+        const x = graph.toDomXCoord(begin);
+        context.fillRect(x, area.y, Math.max(graph.toDomXCoord(end) - x, 1), area.h);
+      }
+      context.strokeStyle = '#808080';
+      context.lineWidth = 0.7;
+      context.beginPath();
+      for (const event of events) {
+        const x = Math.round(graph.toDomXCoord(event.time)) + 0.5;
+        context.moveTo(x, area.y);
+        context.lineTo(x, area.y + area.h);
+      }
+      context.stroke();
+      context.restore();
+    },
+  };
+  charts.push(new Dygraph(body, rows, settings));
+}
+
+function showDepth(point) {
+  const value = (line, row) => {
+    if (line.name === 'truth') return figure(point.Z_true[row]) + ' m';
+    return `${figure(point.Z[row])} ± ${figure(2 * point.sigma_Z[row], 2)} m, ${data.statuses[point.status[row]] || ''}`;
+  };
+  chart(`Depth of point ${point.id} [m], ± 2 sigma`, [
+    {name: 'truth', values: point.Z_true, colour: TRUTH},
+    {name: 'estimate', values: point.Z, low: point.Z_low, high: point.Z_high, colour: ESTIMATE},
+  ], {limit: point.limit, hidden: hiddenPeriods([point]), value});
+}
+
+function showCharts() {
+  const hidden = hiddenPeriods(points);
+  const shown = points.slice(0, SHOWN_POINTS);
+  shown.forEach(showDepth);
+  const perPoint = values => shown.map(point => ({name: `${point.id}`, colour: point.colour, values: values(point)}));
+  chart('Depth error |Z − truth| / truth by point [%]', perPoint(point => point.Z.map((Z, i) =>
+    isKnown(Z) && isKnown(point.Z_true[i]) ? 100 * Math.abs(Z - point.Z_true[i]) / point.Z_true[i] : null)),
+    {log: true, hidden});
+  chart('Excitation by point: speed across the line of sight [m/s]', perPoint(point => point.excitation), {hidden});
+  chart('Image error [px rms]', [{name: 'distance to the goal', values: frames.error_px, colour: ESTIMATE}], {log: true, hidden});
+  const names = run.command_names, columns = Object.keys(frames);
+  const asked = columns.filter(name => name.startsWith('command_'));
+  names.forEach((name, i) => chart(`Command ${name}`, [
+    {name: 'asked', values: frames[asked[i]], colour: ASKED},
+    {name: 'applied', values: frames[asked[i].replace('command_', 'applied_')], colour: ESTIMATE},
+  ], {steps: true, hidden}));
+  if (names.length === 0) {
+    const axes = prefix => ['x', 'y', 'z'].map((axis, i) => ({name: prefix + axis, colour: COLOURS[i], values: frames[prefix + axis]}));
+    chart('Camera velocity by odometry [m/s]', axes('v'), {hidden});
+    chart('Camera rotation by odometry [rad/s]', axes('w'), {hidden});
+  }
+  if (points.length > shown.length) {
+    element(byId('charts'), 'p', `Charts show the first ${shown.length} of ${points.length} points.`, 'hint');
+  }
+  if (charts.length > 1) Dygraph.synchronize(charts, {zoom: true, selection: true, range: false});
+}
+
+function zoomTo(begin, end) {
+  if (charts.length) charts[0].updateOptions({dateWindow: [begin, end]});
+}
+
+function showEvents() {
+  if (events.length === 0) return;
+  byId('events').hidden = false;
+  const total = time[time.length - 1];
+  for (const event of events) {
+    const item = element(byId('event-list'), 'li');
+    const button = element(item, 'button', event.time.toFixed(2) + ' s');
+    button.type = 'button';
+    button.title = 'Show this moment in the charts';
+    button.onclick = () => {
+      zoomTo(Math.max(event.time - 1.5, 0), Math.min(event.time + 1.5, total));
+      byId('charts').scrollIntoView();
+    };
+    item.append(event.what);
+  }
+}
+
+showPoints();
+showFigures();
+showImage();
+showRobot();
+showCharts();
+showEvents();
+byId('whole').onclick = () => zoomTo(time[0], time[time.length - 1]);
+byId('configuration').textContent = JSON.stringify(run.configuration, null, 2);
+byId('origin').textContent = (data.start !== 0 ? `Time 0 is ${data.start} s. ` : '') +
+  Object.entries(run.versions).map(([name, version]) => `${name} ${version}`).join(', ') + '.';
+})();

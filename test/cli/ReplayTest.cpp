@@ -1,0 +1,128 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "cli/Tool.h"
+#include "servo/TemporaryFolder.h"
+
+namespace depthservo::test {
+namespace {
+
+/// Every estimate of a run folder equals that of another.
+void expectSameEstimates(const std::string& a, const std::string& b, double tolerance) {
+  const auto one = readCsv(a + "/features.csv"), other = readCsv(b + "/features.csv");
+  ASSERT_EQ(one.at("id"), other.at("id"));
+  ASSERT_EQ(one.at("timestamp"), other.at("timestamp"));
+  EXPECT_EQ(one.at("status"), other.at("status"));
+  EXPECT_EQ(one.at("measured"), other.at("measured"));
+  for (const char* column : {"u", "v", "Z", "sigma_Z"}) {
+    for (std::size_t i = 0; i < one.at(column).size(); ++i) {
+      const double x = std::stod(one.at(column)[i]), y = std::stod(other.at(column)[i]);
+      ASSERT_NEAR(x, y, tolerance * std::max(1.0, std::abs(x))) << column << ", row " << i;
+    }
+  }
+}
+
+class RecordThenReplay : public testing::TestWithParam<const char*> {};
+
+TEST_P(RecordThenReplay, gives_the_estimates_of_the_run) {
+  const TemporaryFolder folder;
+  const std::string run = folder / "run", sequence = folder / "sequence",
+                    replay = folder / "replay";
+  const std::string arguments = data("scenarios/unicycle-4dots-hidden.yaml") +
+                                " --set depth.initial=3 --set duration=7 " + GetParam();
+  ASSERT_EQ(depthservo("run " + arguments + " --set expect=null --out " + run).exitCode, 0);
+  ASSERT_EQ(depthservo("record " + arguments + " --set expect=null " + sequence).exitCode, 0);
+  const Result result = depthservo("replay " + sequence + " --out " + replay);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  expectSameEstimates(run, replay, 1e-9);
+
+  const std::string explicitly = folder / "explicitly";
+  ASSERT_EQ(depthservo("replay " + sequence +
+                       " --prior 3 --estimator nonlinear --pixel-noise 0.2 --out " + explicitly)
+                .exitCode,
+            0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sources, RecordThenReplay,
+                         testing::Values("", "--set sensing.source=geometry",
+                                         "--set odometry.rate=77 --set sensing.delay=0.05",
+                                         "--set odometry.noise=[0.005,0.002]"));
+
+TEST(Record, refuses_an_existing_folder_and_leaves_it_alone) {
+  const TemporaryFolder folder;
+  const Result result =
+      depthservo("record " + data("scenarios/unicycle-4dots.yaml") + " " + folder.path().string());
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_TRUE(folder.isEmpty());
+}
+
+class RealImages : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists("/usr/share/visp-images-data/ViSP-images/mire-2")) {
+      GTEST_SKIP() << "ViSP's images are not installed (Debian: visp-images-data)";
+    }
+  }
+};
+
+TEST_P(RealImages, four_dots_are_tracked_and_their_depths_agree_with_the_pose_of_the_plate) {
+  const Result result = depthservo("replay " + data("sequences/mire-2") +
+                                   " --tracker dots --motion target --json --prior " + GetParam());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const auto json = result.json();
+  EXPECT_EQ(json["metrics"]["frames"], 501);
+  ASSERT_EQ(json["points"].size(), 4u);
+  for (const auto& point : json["points"]) {
+    EXPECT_EQ(point["measured_frames"], 501) << point;
+    EXPECT_LT(point["relative_error"], 0.03) << point;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Guesses, RealImages, testing::Values("0.4", "1.5", "3"));
+
+class WithBaseline : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
+                         " --set sensing.source=geometry --set duration=3 " + sequence_)
+                  .exitCode,
+              0);
+  }
+  TemporaryFolder folder_;
+  std::string sequence_ = folder_ / "sequence", baseline_ = folder_ / "baseline.json";
+};
+
+TEST_F(WithBaseline, exits_with_1_when_a_figure_moves_and_accepts_it_with_update) {
+  const std::string replay = "replay " + sequence_ + " --baseline " + baseline_;
+  EXPECT_EQ(depthservo(replay).exitCode, 2) << "there is no baseline yet";
+  EXPECT_EQ(depthservo(replay + " --update").exitCode, 0);
+  EXPECT_EQ(depthservo(replay).exitCode, 0);
+  const Result moved = depthservo(replay + " --prior 2");
+  EXPECT_EQ(moved.exitCode, 1);
+  EXPECT_NE(moved.err.find("moved: point 0, Z at 10 %"), std::string::npos) << moved.err;
+  EXPECT_EQ(depthservo(replay + " --prior 2 --update").exitCode, 0);
+  EXPECT_EQ(depthservo(replay + " --prior 2").exitCode, 0);
+}
+
+TEST_F(WithBaseline, refuses_a_file_that_is_no_baseline) {
+  folder_.write("baseline.json", "{\"figures\": 3}");
+  const Result result = depthservo("replay " + sequence_ + " --baseline " + baseline_);
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_NE(result.err.find("baseline.json"), std::string::npos);
+}
+
+TEST_F(WithBaseline, motion_from_poses_gives_the_same_depths_as_from_twists) {
+  const auto depths = [&](const std::string& motion) {
+    return depthservo("replay " + sequence_ + " --json --motion " + motion).json()["points"];
+  };
+  const auto twist = depths("twist"), poses = depths("groundtruth");
+  for (std::size_t i = 0; i < twist.size(); ++i) {
+    const double Z = twist[i]["Z"];
+    EXPECT_NEAR(poses[i]["Z"], Z, 1e-6 * Z);
+  }
+}
+
+}  // namespace
+}  // namespace depthservo::test

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace depthservo::test {
+
+/// What a call of the tool leaves.
+struct Result {
+  int exitCode;
+  std::string out, err;
+
+  nlohmann::json json() const { return nlohmann::json::parse(out); }
+};
+
+/// Runs `depthservo <arguments>` through a shell, as typed. \param environment "NAME=value" before
+/// it
+Result depthservo(const std::string& arguments, const std::string& environment = "");
+
+/// Path of a file in the repository's data folder.
+std::string data(const std::string& file);
+
+/// A CSV file as columns of text.
+std::map<std::string, std::vector<std::string>> readCsv(const std::string& file);
+
+}  // namespace depthservo::test
