@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "depthservo/sequence/InputError.h"
+
+namespace depthservo {
+namespace {
+
+constexpr const char* kExamples = R"(Image-based visual servoing with observed depth.
+
+Examples:
+  depthservo run data/scenarios/unicycle-4dots.yaml --out my-run    servo, then open my-run/report.html
+  depthservo run SCENARIO --set depth.initial=8 --json              another guess, result as JSON
+  depthservo record SCENARIO my-sequence                            keep images, odometry and truth
+  depthservo replay my-sequence --prior 3 --out my-replay           observe depth on recorded data
+  depthservo report my-run                                          make report.html anew
+
+Exit codes: 0 as expected (or converged, or timeout), 1 not as expected, 2 bad arguments or input,
+3 any other outcome. Words go to stderr, data to stdout.)";
+
+/// Every word that may stand at this place: a subcommand, or an option of the one in use.
+std::vector<std::string> validWords(const CLI::App& app) {
+  std::vector<std::string> words;
+  if (app.get_subcommands().empty()) {
+    for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+      words.push_back(sub->get_name());
+    }
+    return words;
+  }
+  const CLI::App& inUse = *app.get_subcommands().front();
+  for (const CLI::Option* option : inUse.get_options()) {
+    for (const std::string& name : option->get_lnames()) words.push_back("--" + name);
+  }
+  return words;
+}
+
+std::string refusal(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> extras = app.remaining(true);
+  if (!extras.empty()) {
+    return fmt::format("'{}' is not known here; did you mean '{}'?", extras.front(),
+                       nearestWord(extras.front(), validWords(app)));
+  }
+  if (app.get_subcommands().empty()) {
+    return fmt::format("expected one of: {}", fmt::join(validWords(app), ", "));
+  }
+  std::string text = error.what();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return fmt::format("{} (see depthservo {} --help)", text,
+                     app.get_subcommands().front()->get_name());
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{kExamples, "depthservo"};
+  app.set_version_flag("--version", "depthservo " DEPTHSERVO_VERSION);
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(44);
+  int exitCode = kMet;
+  addRun(app, exitCode);
+  addReplay(app, exitCode);
+  addRecord(app, exitCode);
+  addReport(app, exitCode);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    fmt::print(stderr, "depthservo: {}\n", refusal(app, error));
+    return kBadInput;
+  } catch (const InputError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return kBadInput;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "depthservo: {}\n", error.what());
+    return kBadInput;
+  }
+  return exitCode;
+}
+
+}  // namespace
+}  // namespace depthservo
+
+int main(int argc, char** argv) { return depthservo::run(argc, argv); }

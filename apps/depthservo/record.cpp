@@ -1,0 +1,52 @@
+#include "depthservo/servo/Record.h"
+
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "ProgressBar.h"
+#include "commands.h"
+
+namespace depthservo {
+namespace {
+
+class Progress : public RunWatcher {
+ public:
+  explicit Progress(const Scenario& scenario)
+      : duration_s_(scenario.duration), bar_("record " + scenario.name) {}
+  void onFrame(const RunFrame& frame) override { bar_.show(frame.record.time_s / duration_s_); }
+
+ private:
+  double duration_s_;
+  ProgressBar bar_;
+};
+
+void recordScenario(const std::string& file, const std::vector<std::string>& overrides,
+                    const std::string& folder) {
+  const Scenario scenario = Scenario::load(file, overrides);
+  RunLog log;
+  {
+    Progress progress(scenario);
+    log = record(scenario, folder, &progress);
+  }
+  fmt::print(stderr, "{}: {} frames of a run that ended {}\n", folder, log.frames.size(),
+             toString(log.outcome));
+}
+
+}  // namespace
+
+void addRecord(CLI::App& app, int&) {
+  CLI::App* command =
+      app.add_subcommand("record", "Write a run as a sequence that replay can read");
+  auto scenario = std::make_shared<std::string>();
+  auto folder = std::make_shared<std::string>();
+  auto overrides = std::make_shared<std::vector<std::string>>();
+  command->add_option("SCENARIO", *scenario, "YAML file, see doc/formats.md")->required();
+  command->add_option("SEQUENCE", *folder, "Folder to write; must not exist")->required();
+  command->add_option("--set", *overrides, "Override a key of the scenario; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command->callback([=] { recordScenario(*scenario, *overrides, *folder); });
+}
+
+}  // namespace depthservo

@@ -1,0 +1,95 @@
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "ProgressBar.h"
+#include "View.h"
+#include "commands.h"
+#include "depthservo/servo/Metrics.h"
+#include "depthservo/servo/RunFolder.h"
+#include "depthservo/servo/Scenario.h"
+#include "depthservo/servo/ServoLoop.h"
+
+namespace depthservo {
+namespace {
+
+struct RunArguments {
+  std::string scenario;
+  std::vector<std::string> overrides;
+  std::string out;
+  bool json = false, view = false;
+};
+
+/// Progress for everybody, a window for whoever asked for one.
+class Audience : public RunWatcher {
+ public:
+  Audience(const Scenario& scenario, std::unique_ptr<View> view)
+      : duration_s_(scenario.duration), bar_(scenario.name), view_(std::move(view)) {}
+
+  void onFrame(const RunFrame& frame) override {
+    bar_.show(frame.record.time_s / duration_s_);
+    if (view_) view_->show(frame);
+  }
+
+ private:
+  double duration_s_;
+  ProgressBar bar_;
+  std::unique_ptr<View> view_;
+};
+
+std::string verdict(const RunLog& log, const Metrics& metrics) {
+  std::string text = fmt::format("{}: {} after {:.2f} s: {}", log.name, toString(log.outcome),
+                                 metrics.duration_s, log.reason);
+  if (std::isfinite(metrics.final_depth_error_max)) {
+    text += fmt::format("; worst depth error {:.2g} %", 100 * metrics.final_depth_error_max);
+  }
+  return text;
+}
+
+int exitCodeOf(const Scenario& scenario, Outcome outcome) {
+  if (scenario.expect) return outcome == scenario.expect->outcome ? kMet : kNotMet;
+  return outcome == Outcome::converged || outcome == Outcome::timeout ? kMet : kOtherOutcome;
+}
+
+int runScenario(const RunArguments& arguments) {
+  const Scenario scenario = Scenario::load(arguments.scenario, arguments.overrides);
+  if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
+  auto view = arguments.view ? std::make_unique<View>(scenario) : nullptr;
+
+  RunLog log;
+  {
+    Audience audience(scenario, std::move(view));
+    log = ServoLoop(scenario).run(&audience);
+  }
+  if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
+  fmt::print(stderr, "{}\n", verdict(log, computeMetrics(log)));
+  if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
+  if (arguments.json) fmt::print("{}\n", toJson(log));
+
+  const int exitCode = exitCodeOf(scenario, log.outcome);
+  if (exitCode == kNotMet) {
+    fmt::print(stderr, "expected {}\n", toString(scenario.expect->outcome));
+  }
+  return exitCode;
+}
+
+}  // namespace
+
+void addRun(CLI::App& app, int& exitCode) {
+  CLI::App* command = app.add_subcommand("run", "Servo a simulated robot to its goal");
+  auto arguments = std::make_shared<RunArguments>();
+  command->add_option("SCENARIO", arguments->scenario, "YAML file, see doc/formats.md")->required();
+  command
+      ->add_option("--set", arguments->overrides,
+                   "Override a key of the scenario, e.g. depth.initial=8; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--out", arguments->out, "Write a run folder with report.html; must not exist")
+      ->type_name("DIR");
+  command->add_flag("--json", arguments->json, "Print the result as one JSON object on stdout");
+  command->add_flag("--view", arguments->view, "Show the image with overlay while it runs");
+  command->callback([arguments, &exitCode] { exitCode = runScenario(*arguments); });
+}
+
+}  // namespace depthservo
