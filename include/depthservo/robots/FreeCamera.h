@@ -1,0 +1,34 @@
+#pragma once
+
+#include <limits>
+
+#include "depthservo/robots/CameraRobot.h"
+
+namespace depthservo {
+
+/// A camera that moves freely: commands are its own twist (vx, vy, vz, wx, wy, wz) [m/s, rad/s], in
+/// its frame. Exact for a constant twist; e is the camera frame. The limits scale all six by a
+/// common factor.
+class FreeCamera : public CameraRobot {
+ public:
+  explicit FreeCamera(const Eigen::Isometry3d& wMc) : wMc_(wMc) {}
+
+  /// \param velocity greatest |v| of each axis [m/s] \param turnRate of each axis [rad/s]
+  void setLimits(double velocity, double turnRate);
+
+  Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
+  Eigen::VectorXd velocity() const override { return velocity_; }
+  Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
+  Eigen::Isometry3d wMc() const override { return wMc_; }
+  DEPTHSERVO_VISP vpMatrix eJe() const override;                             ///< 6x6, the identity
+  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override { return {}; }  ///< the identity
+
+ private:
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+  Eigen::Isometry3d wMc_;
+  Vector6d limits_ = Vector6d::Constant(std::numeric_limits<double>::infinity());
+  Vector6d velocity_ = Vector6d::Zero();
+};
+
+}  // namespace depthservo

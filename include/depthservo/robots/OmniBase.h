@@ -1,0 +1,45 @@
+#pragma once
+
+#include <limits>
+
+#include "depthservo/robots/CameraRobot.h"
+
+namespace depthservo {
+
+/// A base that also drives sideways, with a camera whose optical axis is horizontal, simulated
+/// without integration error.
+///
+/// Robot frame e: x forward, y left, z up. The camera sits at (rx, ry, rz) in it, looking forward.
+/// Commands are (vx, vy [m/s], w [rad/s]) in the robot frame. The limits scale all three by a
+/// common factor.
+class OmniBase : public CameraRobot {
+ public:
+  struct Pose {
+    double x = 0, y = 0;  ///< [m]
+    double theta = 0;     ///< counter-clockwise from the world's x axis [rad]
+  };
+
+  /// \param offset (rx, ry, rz) [m]
+  explicit OmniBase(const Eigen::Vector3d& offset) : offset_(offset) {}
+
+  void setPose(const Pose& pose) { pose_ = pose; }
+  const Pose& pose() const { return pose_; }
+
+  /// Greatest |vx|, |vy| [m/s] and |w| [rad/s].
+  void setLimits(const Eigen::Vector3d& limits) { limits_ = limits; }
+
+  Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
+  Eigen::VectorXd velocity() const override { return velocity_; }
+  Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
+  Eigen::Isometry3d wMc() const override;
+  DEPTHSERVO_VISP vpMatrix eJe() const override;               ///< 6x3
+  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override;  ///< 6x6
+
+ private:
+  Eigen::Vector3d offset_;
+  Pose pose_;
+  Eigen::Vector3d limits_ = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace depthservo

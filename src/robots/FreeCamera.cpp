@@ -1,0 +1,37 @@
+#include "depthservo/robots/FreeCamera.h"
+
+#include "depthservo/motion/Motion.h"
+#include "robots/limits.h"
+
+#ifdef VISP_NAMESPACE_NAME
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+
+void FreeCamera::setLimits(double velocity, double turnRate) {
+  limits_.head<3>().setConstant(velocity);
+  limits_.tail<3>().setConstant(turnRate);
+}
+
+Twist FreeCamera::cameraTwist(const Eigen::VectorXd& velocity) const {
+  return {velocity.head<3>(), velocity.tail<3>()};
+}
+
+vpMatrix FreeCamera::eJe() const {
+  vpMatrix J;
+  J.eye(6);
+  return J;
+}
+
+Eigen::VectorXd FreeCamera::drive(const Eigen::VectorXd& command, double dt) {
+  const bool isUsable = command.size() == 6 && command.allFinite();
+  velocity_ = isUsable ? Vector6d(command) : Vector6d::Zero();
+  velocity_ *= commonFactor(velocity_, limits_);
+  const Motion back = Motion::fromTwist(cameraTwist(velocity_), dt).inverse();
+  wMc_.translation() += wMc_.linear() * back.t;
+  wMc_.linear() = Eigen::Quaterniond(wMc_.linear() * back.R).normalized().toRotationMatrix();
+  return velocity_;
+}
+
+}  // namespace depthservo
