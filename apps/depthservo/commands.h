@@ -15,5 +15,7 @@ void addRun(CLI::App& app, int& exitCode);
 void addReplay(CLI::App& app, int& exitCode);
 void addRecord(CLI::App& app, int& exitCode);
 void addReport(CLI::App& app, int& exitCode);
+void addReproduce(CLI::App& app, int& exitCode);
+void addGains(CLI::App& app, int& exitCode);
 
 }  // namespace depthservo

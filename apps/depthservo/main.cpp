@@ -18,6 +18,8 @@ Examples:
   depthservo record SCENARIO my-sequence                            keep images, odometry and truth
   depthservo replay my-sequence --prior 3 --out my-replay           observe depth on recorded data
   depthservo report my-run                                          make report.html anew
+  depthservo reproduce all                                          papers' simulations, theirs vs ours
+  depthservo gains --law observer --fps 30 --kappa 0.1              gains for a camera's frame rate
 
 Exit codes: 0 as expected (or converged, or timeout), 1 not as expected, 2 bad arguments or input,
 3 any other outcome. Words go to stderr, data to stdout.)";
@@ -63,6 +65,8 @@ int run(int argc, char** argv) {
   addReplay(app, exitCode);
   addRecord(app, exitCode);
   addReport(app, exitCode);
+  addReproduce(app, exitCode);
+  addGains(app, exitCode);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "ProgressBar.h"
 #include "commands.h"
@@ -20,7 +21,7 @@ struct ReplayArguments {
   SequenceOptions source;
   double pixelNoise_px = 0;
   std::vector<double> odometryNoise;
-  double odometryScaleSigma = 0;
+  std::optional<double> odometryScaleSigma;
   bool update = false, json = false;
 };
 
@@ -76,12 +77,15 @@ ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequen
     options.depth.estimator = availableEstimator(arguments.estimator, {"--estimator", 0, ""});
   }
   if (options.depth.estimator == EstimatorKind::trueDepth) {
-    refuse("--estimator", "'true' is for simulated runs; use constant or nonlinear");
+    refuse("--estimator", "'true' is for simulated runs; use constant, or let it be observed");
   }
   if (!arguments.prior.empty()) readPrior(arguments.prior, options);
   if (arguments.odometryNoise.size() == 2) {
-    options.odometryNoise = {arguments.odometryNoise[0], arguments.odometryNoise[1]};
+    const double sigma_v = arguments.odometryNoise[0], sigma_w = arguments.odometryNoise[1];
+    options.odometryNoise = sigma_v == 0 && sigma_w == 0 ? OdometryNoise::none()
+                                                         : OdometryNoise::white(sigma_v, sigma_w);
   }
+  if (arguments.odometryScaleSigma) options.odometryScaleSigma = *arguments.odometryScaleSigma;
   if (arguments.pixelNoise_px > 0) options.pixelNoise_px = arguments.pixelNoise_px;
   return options;
 }
@@ -149,7 +153,9 @@ void addReplay(CLI::App& app, int& exitCode) {
   command
       ->add_option("--tracker", a->tracker, "dots | tracks; default: dots where there are images")
       ->type_name("NAME");
-  command->add_option("--estimator", a->estimator, "constant | nonlinear (default)")
+  command
+      ->add_option("--estimator", a->estimator,
+                   "constant | two-frame | nonlinear | window | filter (default) | joint")
       ->type_name("NAME");
   command
       ->add_option("--prior", a->prior, "First guess of every depth [m], with its sigma if known")
@@ -163,14 +169,14 @@ void addReplay(CLI::App& app, int& exitCode) {
       ->check(CLI::PositiveNumber);
   command
       ->add_option("--odometry-noise", a->odometryNoise,
-                   "White noise per twist row, 1 sigma [m/s],[rad/s]; default 0,0")
+                   "White noise per twist row, 1 sigma [m/s],[rad/s]; 0,0: exact")
       ->type_name("V,W")
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::NonNegativeNumber);
   command
       ->add_option("--odometry-scale-sigma", a->odometryScaleSigma,
-                   "Relative uncertainty of the translation; for estimators that model it")
+                   "Relative uncertainty of the translation, 1 sigma; for filter and joint")
       ->type_name("S")
       ->check(CLI::NonNegativeNumber);
   command

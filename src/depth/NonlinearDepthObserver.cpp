@@ -12,14 +12,13 @@ constexpr double kSettling = 5.83;
 /// Excitation [m/s] below which the camera does not translate across the line of sight at all.
 constexpr double kNoExcitation = 1e-9;
 
-/// Sigmas of odometry noise that a motion must exceed before depth is learnt from it.
-constexpr double kStandsOut = 5;
-
 /// Speeds [m/s] and derivatives of the flow beyond which a motion is nonsense: squares stay finite.
 constexpr double kBeyondSense = 1e9;
 
 /// No camera sees a point farther from its prediction than this (84 degrees off its axis).
 constexpr double kLargestInnovation = 10;
+
+double square(double a) { return a * a; }
 
 }  // namespace
 
@@ -31,10 +30,6 @@ ObserverGains ObserverGains::fromSettlingTime(double settling_s, double W0) {
 ObserverGains ObserverGains::scheduled(double settling_s, double W_min) {
   const double wn = kSettling / settling_s;
   return {2 * wn, wn * wn / (W_min * W_min), W_min, wn};
-}
-
-double ObserverGains::wn2At(double W2) const {
-  return W_min > 0 ? wn * wn * std::min(1.0, W2 / (W_min * W_min)) : k_3 * W2;
 }
 
 void NonlinearDepthObserver::PoleMatchedGains::match(double k, double squaredFrequency,
@@ -95,15 +90,14 @@ void NonlinearDepthObserver::predict(const Motion& motion) {
   W_ = W;
   J_point_chi_ = J_point_chi;
   elapsed_s_ += motion.dt;
-  const double trust = trustIn(motion);
-  trust_ = std::min(trust_, trust);
-  odometryVariance_ += motion.dt2 * (std::pow(options_.sigma_v * point_.chi, 2) +
-                                     std::pow(options_.sigma_w, 2) *
-                                         (1 + point_.x * point_.x + point_.y * point_.y));
+  const OdometryNoise::Step noise = options_.odometry.over(motion);
+  rho_ = std::min(rho_, noise.rho);
+  odometryVariance_ += noise.variance_t * point_.chi * point_.chi +
+                       noise.variance_theta * (1 + point_.x * point_.x + point_.y * point_.y);
   point_ = next.point;
   point_.chi = range_.clampChi(point_.chi);
 
-  const double W2 = trust * W * W;
+  const double W2 = noise.rho * W * W;
   const double decayRate = options_.gains.wn2At(W2) / options_.gains.k;
   const double seen = windowShare_.of(motion.dt, options_.window_s);
   J_ += seen * (W2 * options_.window_s - J_);
@@ -111,15 +105,8 @@ void NonlinearDepthObserver::predict(const Motion& motion) {
   windowFilled_ += seen * (1 - windowFilled_);
 
   predicted_ = predictedVariance();
-  const bool isVague = predicted_.ll > options_.lost_sigma * options_.lost_sigma;
+  const bool isVague = predicted_.ll > square(options_.lost_sigma);
   phase_ = isVague ? Phase::vague : Phase::coasting;
-}
-
-double NonlinearDepthObserver::trustIn(const Motion& motion) const {
-  if (options_.sigma_v == 0) return 1;
-  const double noise2 =
-      options_.sigma_v * options_.sigma_v * motion.dt2;  // of the translation [m^2]
-  return std::clamp(1 - kStandsOut * kStandsOut * noise2 / motion.t.squaredNorm(), 0.0, 1.0);
 }
 
 NonlinearDepthObserver::LineVariance NonlinearDepthObserver::predictedVariance() const {
@@ -139,9 +126,10 @@ void NonlinearDepthObserver::correct(const PointMeasurement& measurement) {
   const double r = measurement.sigma * measurement.sigma;
   const LineVariance P = predicted_;
   const Eigen::Vector2d nu(measurement.x - point_.x, measurement.y - point_.y);
-  const double gate = std::min(std::max(options_.gate, options_.gate_sigma * std::sqrt(P.ll + r)),
-                               kLargestInnovation);
-  if (!(nu.norm() <= gate)) {
+  const double gate2 =
+      std::min(std::max(square(options_.gate), square(options_.gate_sigma) * (P.ll + r)),
+               square(kLargestInnovation));
+  if (!(nu.squaredNorm() <= gate2)) {
     phase_ = Phase::rejected;
     if (++rejections_ > options_.rejectionsInARow) reset(measurement, {1 / point_.chi});
     return;
@@ -151,13 +139,14 @@ void NonlinearDepthObserver::correct(const PointMeasurement& measurement) {
 
   const Eigen::Vector2d b = J_point_chi_.head<2>();
   const double B = b.norm();
-  const double W2 = B / elapsed_s_ * (B / elapsed_s_);
+  const double W2 = square(B / elapsed_s_);
   gains_.match(options_.gains.k, options_.gains.wn2At(W2), elapsed_s_);
-  const double chiPerLine = B > kNoExcitation * elapsed_s_ ? trust_ * gains_.chi / B : 0;
+  const double perLine = 1 / B;
+  const double chiPerLine = B > kNoExcitation * elapsed_s_ ? rho_ * gains_.chi * perLine : 0;
 
   point_.x += gains_.point * nu.x();
   point_.y += gains_.point * nu.y();
-  if (chiPerLine > 0) point_.chi = range_.clampChi(point_.chi + chiPerLine * b.dot(nu) / B);
+  if (chiPerLine > 0) point_.chi = range_.clampChi(point_.chi + chiPerLine * b.dot(nu) * perLine);
 
   const double keep = 1 - gains_.point;
   variance_ = {keep * keep * P.ll + gains_.point * gains_.point * r,
@@ -169,7 +158,7 @@ void NonlinearDepthObserver::correct(const PointMeasurement& measurement) {
   predicted_ = variance_;
   J_point_chi_ = Eigen::Vector3d::UnitZ();
   elapsed_s_ = 0;
-  trust_ = 1;
+  rho_ = 1;
   odometryVariance_ = 0;
   phase_ = Phase::measured;
 }

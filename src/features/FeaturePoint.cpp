@@ -3,6 +3,7 @@
 #include <visp3/core/vpDisplay.h>
 #include <visp3/core/vpMeterPixelConversion.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 
@@ -142,14 +143,16 @@ void FeaturePoint::publish(const DepthEstimate& estimate) {
 }
 
 double FeaturePoint::servoDepth() const {
-  if (servoDepthChoice_ == ServoDepth::observed || !(Z_desired_ > 0))
-    return 1 / range_.clampChi(estimate_.chi);
-  const double chi_desired = range_.clampChi(1 / Z_desired_);
-  const double variance = estimate_.sigma_chi * estimate_.sigma_chi;
-  const double variance_desired = std::pow(kDesiredRelativeSigma * chi_desired, 2);
-  const double chi =
-      (estimate_.chi * variance_desired + chi_desired * variance) / (variance + variance_desired);
-  return 1 / range_.clampChi(chi);
+  double depth = estimate_.Z();
+  if (servoDepthChoice_ == ServoDepth::blended && Z_desired_ > 0) {
+    const double chi_desired = range_.clampChi(1 / Z_desired_);
+    const double sigma_desired = kDesiredRelativeSigma * chi_desired;
+    const double variance = estimate_.sigma_chi * estimate_.sigma_chi;
+    const double variance_desired = sigma_desired * sigma_desired;
+    depth =
+        (variance + variance_desired) / (estimate_.chi * variance_desired + chi_desired * variance);
+  }
+  return std::clamp(depth, range_.Z_min, range_.Z_max);
 }
 
 void FeaturePoint::setDepth(double depth, double sigma_depth) {

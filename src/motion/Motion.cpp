@@ -29,19 +29,23 @@ struct Rodrigues {
 }  // namespace
 
 Motion Motion::fromTwist(const Twist& twist, double dt) {
-  const Eigen::Vector3d w = -dt * twist.angular;
-  const Eigen::Vector3d v = -dt * twist.linear;
-  const Rodrigues k(w.squaredNorm());
-  // K^2 = w w^T - |w|^2 I, applied without forming K.
-  const Eigen::Vector3d aw = k.a * w, bw = k.b * w;
-  const double diagonal = 1 - bw.dot(w);
-  const double xy = bw.x() * w.y(), xz = bw.x() * w.z(), yz = bw.y() * w.z();
-  const Eigen::Vector3d w_x_v = w.cross(v);
+  const double wx = -dt * twist.angular.x(), wy = -dt * twist.angular.y(),
+               wz = -dt * twist.angular.z();
+  const double vx = -dt * twist.linear.x(), vy = -dt * twist.linear.y(),
+               vz = -dt * twist.linear.z();
+  const double xx = wx * wx, yy = wy * wy, zz = wz * wz;
+  const auto [a, b, c] = Rodrigues(xx + yy + zz);
+  // K^2 = w w^T - |w|^2 I and K v = w x v, applied without forming K.
+  const double bxy = b * wx * wy, bxz = b * wx * wz, byz = b * wy * wz;
+  const double ax = a * wx, ay = a * wy, az = a * wz;
+  const double kx = wy * vz - wz * vy, ky = wz * vx - wx * vz, kz = wx * vy - wy * vx;
   Motion motion;
-  motion.R << diagonal + bw.x() * w.x(), xy - aw.z(), xz + aw.y(),  //
-      xy + aw.z(), diagonal + bw.y() * w.y(), yz - aw.x(),          //
-      xz - aw.y(), yz + aw.x(), diagonal + bw.z() * w.z();
-  motion.t = v + k.b * w_x_v + k.c * w.cross(w_x_v);
+  motion.R << 1 - b * (yy + zz), bxy - az, bxz + ay,  //
+      bxy + az, 1 - b * (xx + zz), byz - ax,          //
+      bxz - ay, byz + ax, 1 - b * (xx + yy);
+  motion.t << vx + b * kx + c * (wy * kz - wz * ky),  //
+      vy + b * ky + c * (wz * kx - wx * kz),          //
+      vz + b * kz + c * (wx * ky - wy * kx);
   motion.dt = dt;
   motion.dt2 = dt * dt;
   return motion;

@@ -313,9 +313,9 @@ bool exists(const std::string& path) {
 }
 
 ReplayHints readHints(const detail::StrictMapping& settings) {
-  const StrictMapping replay =
-      settings.mapping("replay", {"estimator", "prior", "pixel_noise", "odometry_noise", "Z_min",
-                                  "Z_max", "settling", "W_min", "k", "k_3"});
+  const StrictMapping replay = settings.mapping(
+      "replay", {"estimator", "prior", "pixel_noise", "odometry_noise", "odometry_mode",
+                 "odometry_scale_sigma", "Z_min", "Z_max", "settling", "W_min", "k", "k_3"});
   ReplayHints hints;
   const auto number = [&](const char* key, std::optional<double>& value, const Range& range,
                           const char* unit) {
@@ -334,6 +334,14 @@ ReplayHints readHints(const detail::StrictMapping& settings) {
     const auto noise = replay.numbers("odometry_noise", 2, {0, 10}, "m/s, rad/s");
     hints.odometry_noise = Eigen::Vector2d(noise[0], noise[1]);
   }
+  if (replay.has("odometry_mode")) {
+    const std::string mode = replay.text("odometry_mode");
+    if (mode != "measured" && mode != "commanded") {
+      replay.fail("odometry_mode", "expected measured or commanded");
+    }
+    if (mode == "commanded") hints.odometry_mode = OdometryMode::commanded;
+  }
+  number("odometry_scale_sigma", hints.odometry_scale_sigma, {0, 1}, "");
   if (hints.Z_min && hints.Z_max && !(*hints.Z_min < *hints.Z_max)) {
     replay.fail("Z_max", "expected more than Z_min");
   }

@@ -46,6 +46,8 @@ std::string replayYaml(const ReplayHints& hints) {
   if (const auto& noise = hints.odometry_noise) {
     text += fmt::format("  odometry_noise: [{}, {}]\n", exact(noise->x()), exact(noise->y()));
   }
+  if (hints.odometry_mode == OdometryMode::commanded) text += "  odometry_mode: commanded\n";
+  add("odometry_scale_sigma", hints.odometry_scale_sigma);
   add("Z_min", hints.Z_min);
   add("Z_max", hints.Z_max);
   add("settling", hints.settling);

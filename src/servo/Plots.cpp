@@ -261,7 +261,7 @@ bool runGnuplot(const fs::path& folder, const std::string& script) {
 }  // namespace
 
 double depthAxisLimit(const std::vector<double>& Z, const std::vector<double>& Z_true) {
-  constexpr double kHeadroom = 1.15, kFarthestTransient = 3.5;
+  constexpr double kHeadroom = 1.15, kFarthestTransient = 2;
   double limit = 0, farthestTrue = 0;
   for (const double value : Z) limit = std::fmax(limit, value);
   for (const double value : Z_true) farthestTrue = std::fmax(farthestTrue, value);

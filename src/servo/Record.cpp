@@ -12,7 +12,9 @@ ReplayHints hintsOf(const Scenario& scenario) {
   if (depth.estimator != EstimatorKind::trueDepth) hints.estimator = toString(depth.estimator);
   hints.prior = depth.initial;
   hints.pixel_noise = scenario.sensing.assumedNoise_px();
-  hints.odometry_noise = scenario.odometry.toldNoise();
+  hints.odometry_noise = scenario.odometry.noise;
+  hints.odometry_mode = scenario.odometry.mode;
+  hints.odometry_scale_sigma = scenario.odometry.scale_sigma;
   hints.Z_min = depth.Z_min;
   hints.Z_max = depth.Z_max;
   hints.settling = depth.gains.settling;

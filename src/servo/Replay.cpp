@@ -89,6 +89,18 @@ std::vector<int> allIds(const Sequence& sequence, ReplayTracker tracker) {
   return {ids.begin(), ids.end()};
 }
 
+/// Unless declared otherwise, the observer takes odometry for exact and the filters have their own
+/// default.
+OdometryNoise noiseOf(const ReplayOptions& options) {
+  if (options.odometryNoise) return *options.odometryNoise;
+  return options.depth.estimator == EstimatorKind::nonlinear ? OdometryNoise::none()
+                                                             : OdometryNoise();
+}
+
+EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
+  return {options.depth, noiseOf(options), options.odometryScaleSigma, sequence.target()};
+}
+
 /// One replay under way.
 class Replayer {
  public:
@@ -99,20 +111,16 @@ class Replayer {
         trackerKind_(chooseTracker(sequence, options.tracker)),
         motionKind_(chooseMotion(sequence, options.motion)),
         ids_(allIds(sequence, trackerKind_)),
-        estimator_(makeEstimator(
-            options.depth, {options.odometryNoise[0], options.odometryNoise[1]}, ids_.size())),
+        estimator_(makeEstimator(setupOf(sequence, options), ids_.size())),
         targetPose_(sequence.target(), camera_) {
     DepthPrior prior{options.depth.initial};
     if (options.priorSigma_Z) prior.sigma_chi = *options.priorSigma_Z / (prior.Z * prior.Z);
     for (const int id : ids_) estimator_->setPrior(id, prior);
     if (trackerKind_ == ReplayTracker::dots) tracker_ = makeTracker(sequence);
 
-    const std::vector<OdometryRow> rows =
-        motionKind_ == ReplayMotion::groundtruth ? odometryFromPoses(sequence.poses())
-        : motionKind_ == ReplayMotion::twist     ? sequence.odometry()
-                                                 : std::vector<OdometryRow>();
-    odometry_ = MotionBuffer(std::max(rows.size(), sequence.frames().size()));
-    for (const OdometryRow& row : rows) odometry_.push(row.time_s, row.twist);
+    if (motionKind_ == ReplayMotion::twist) rows_ = sequence.odometry();
+    if (motionKind_ == ReplayMotion::groundtruth) rows_ = odometryFromPoses(sequence.poses());
+    odometry_ = MotionBuffer(std::max(rows_.size(), sequence.frames().size()));
     describe(options);
   }
 
@@ -128,6 +136,7 @@ class Replayer {
  private:
   FrameRecord frame(std::size_t k) {
     const SequenceFrame& source = sequence_.frames()[k];
+    readOdometry(source.time_s);
     const std::vector<TrackedPoint> points = track(k);
     const std::optional<TargetPose::Result> pose = followTarget(source.time_s, points);
     const Coverage coverage = estimator_->advance(odometry_, source.time_s);
@@ -153,6 +162,17 @@ class Replayer {
     if (known == Coverage::complete) record.twist = motion.twist();
     lastTime_s_ = source.time_s;
     return record;
+  }
+
+  /// The rows that begin before the image, as a robot has them by then; and a later one where the
+  /// last of them would not hold that long, since here the next is known.
+  void readOdometry(double time_s) {
+    const auto isNeeded = [&](const OdometryRow& row) {
+      return row.time_s < time_s || odometry_.motion(time_s, time_s).coverage == Coverage::afterEnd;
+    };
+    for (; rowsRead_ < rows_.size() && isNeeded(rows_[rowsRead_]); ++rowsRead_) {
+      odometry_.push(rows_[rowsRead_].time_s, rows_[rowsRead_].twist);
+    }
   }
 
   std::vector<TrackedPoint> track(std::size_t k) {
@@ -231,10 +251,14 @@ class Replayer {
         {"prior_Z", options.depth.initial},
         {"prior_sigma_Z", nullptr},
         {"pixel_noise", options.pixelNoise_px},
-        {"odometry_noise", {options.odometryNoise[0], options.odometryNoise[1]}},
+        {"odometry_noise", nullptr},
+        {"odometry_scale_sigma", options.odometryScaleSigma},
         {"Z_min", options.depth.Z_min},
         {"Z_max", options.depth.Z_max}};
     if (options.priorSigma_Z) configuration["prior_sigma_Z"] = *options.priorSigma_Z;
+    if (const auto& noise = options.odometryNoise) {
+      configuration["odometry_noise"] = {noise->sigma_v, noise->sigma_w};
+    }
     log_.configuration = configuration.dump();
   }
 
@@ -248,6 +272,8 @@ class Replayer {
   std::unique_ptr<PointTracker> tracker_;  // none: tracks.csv
   TargetPose targetPose_;
   std::optional<CameraPose> lastPose_;
+  std::vector<OdometryRow> rows_;  // of the sequence; none when the target tells the motion
+  std::size_t rowsRead_ = 0;
   MotionBuffer odometry_;
   std::vector<PointObservation> observations_;
   Coverage coverage_ = Coverage::complete;
@@ -266,7 +292,12 @@ ReplayOptions ReplayOptions::of(const Sequence& sequence) {
   }
   options.depth.initial = hints.prior.value_or(options.depth.initial);
   options.pixelNoise_px = hints.pixel_noise.value_or(options.pixelNoise_px);
-  options.odometryNoise = hints.odometry_noise.value_or(options.odometryNoise);
+  if (const auto& noise = hints.odometry_noise) {
+    options.odometryNoise =
+        noise->isZero() ? OdometryNoise::none()
+                        : OdometryNoise::white((*noise)[0], (*noise)[1], hints.odometry_mode);
+  }
+  options.odometryScaleSigma = hints.odometry_scale_sigma.value_or(options.odometryScaleSigma);
   options.depth.Z_min = hints.Z_min.value_or(options.depth.Z_min);
   options.depth.Z_max = hints.Z_max.value_or(options.depth.Z_max);
   options.depth.gains.settling = hints.settling.value_or(options.depth.gains.settling);

@@ -270,7 +270,7 @@ Verdict verdictOf(const Json& run) {
     details.push_back(fmt::format("image error {:.2f} px rms", error_px));
   const double depthError = figure(metrics, "final_depth_error_max");
   if (std::isfinite(depthError)) {
-    details.push_back(fmt::format("worst depth error {:.1f} %", 100 * depthError));
+    details.push_back(fmt::format("worst depth error {:.2g} %", 100 * depthError));
   } else {
     double uncertainty = kUnknown;
     for (const Json& point : run.at("points")) {

@@ -28,10 +28,10 @@ constexpr int kMostPoints = 64;
 
 const std::vector<Choice<EstimatorKind>>& estimators() {
   static const std::vector<Choice<EstimatorKind>> all = {
-      {EstimatorKind::constant, "constant"},         {EstimatorKind::trueDepth, "true"},
-      {EstimatorKind::twoFrame, "two-frame", false}, {EstimatorKind::nonlinear, "nonlinear"},
-      {EstimatorKind::window, "window", false},      {EstimatorKind::filter, "filter", false},
-      {EstimatorKind::joint, "joint", false},        {EstimatorKind::pose, "pose", false},
+      {EstimatorKind::constant, "constant"},  {EstimatorKind::trueDepth, "true"},
+      {EstimatorKind::twoFrame, "two-frame"}, {EstimatorKind::nonlinear, "nonlinear"},
+      {EstimatorKind::window, "window"},      {EstimatorKind::filter, "filter"},
+      {EstimatorKind::joint, "joint"},        {EstimatorKind::pose, "pose", false},
   };
   return all;
 }
@@ -143,9 +143,9 @@ void describe(Fields& f, Scenario::Odometry& odometry) {
   f.number("scale_sigma", odometry.scale_sigma, {0, 1}, "");
   f.numbers("noise", odometry.noise, {0, 10}, "m/s, rad/s");
   f.number("rate", odometry.rate, Range::above(0, 10000), "Hz");
-  f.choice<Scenario::OdometryMode>("mode", odometry.mode,
-                                   {{Scenario::OdometryMode::measured, "measured"},
-                                    {Scenario::OdometryMode::commanded, "commanded"}});
+  f.choice<OdometryMode>(
+      "mode", odometry.mode,
+      {{OdometryMode::measured, "measured"}, {OdometryMode::commanded, "commanded"}});
   f.number("ticks", odometry.ticks, {0, 0.1}, "m");
   f.number("wheel_base", odometry.wheel_base, kLength, "m");
 }
@@ -617,8 +617,8 @@ double Scenario::Sensing::assumedNoise_px() const {
   return assumed_noise.value_or(std::max(pixel_noise, kLeastNoise_px));
 }
 
-Eigen::Vector2d Scenario::Odometry::toldNoise() const {
-  return mode == OdometryMode::commanded ? Eigen::Vector2d(0, 0) : noise;
+OdometryNoise Scenario::Odometry::declaredNoise() const {
+  return noise.isZero() ? OdometryNoise::none() : OdometryNoise::white(noise[0], noise[1], mode);
 }
 
 ObserverGains Scenario::Gains::observer() const {

@@ -89,7 +89,9 @@ struct ServoLoop::Parts {
         camera(s.camera.pinhole()),
         world(s),
         odometry(4096, 1 / s.odometry.rate),
-        features(*makeEstimator(s.depth, s.odometry.toldNoise(), s.target.points.size()),
+        features(*makeEstimator(
+                     {s.depth, s.odometry.declaredNoise(), s.odometry.scale_sigma, s.target.dots()},
+                     s.target.points.size()),
                  s.target.points.size()),
         desired(s.target.points.size()),
         judge(camera, s.control.tolerance, s.depth.Z_min) {}

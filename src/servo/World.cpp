@@ -52,7 +52,7 @@ void World::advanceTo(double time_s) {
   while (time_s_ < time_s) {
     const bool beginsRow = rowTime(rows_) <= time_s_;
     if (beginsRow) ++rows_;
-    if (beginsRow && odometry.mode == Scenario::OdometryMode::commanded) {
+    if (beginsRow && odometry.mode == OdometryMode::commanded) {
       disturbance_ = odometry.noise.cwiseProduct(gaussian2());
       robot_.setDisturbance(disturbance_);
     }
@@ -78,7 +78,7 @@ Twist World::measuredTwist(const Eigen::Vector2d& wheelsBefore, double duration_
   }
   Twist twist = robot_.cameraTwist(velocity);
   twist.linear *= odometry.scale;
-  if (odometry.mode == Scenario::OdometryMode::measured && !odometry.noise.isZero()) {
+  if (odometry.mode == OdometryMode::measured && !odometry.noise.isZero()) {
     for (double& v : twist.linear) v += odometry.noise[0] * gaussian_(random_);
     for (double& w : twist.angular) w += odometry.noise[1] * gaussian_(random_);
   }

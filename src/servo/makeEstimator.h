@@ -2,15 +2,22 @@
 
 #include <memory>
 
+#include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/depth/PointSetEstimator.h"
 #include "depthservo/servo/Scenario.h"
 
 namespace depthservo {
 
+/// What an estimator is made from.
+struct EstimatorSetup {
+  Scenario::Depth depth;          ///< which one, its first guess and its range
+  OdometryNoise odometry;         ///< as declared
+  double odometryScaleSigma = 0;  ///< relative, 1 sigma
+  DotTarget target;               ///< for `pose`
+};
+
 /// The estimator a user chose, for up to `capacity` points. (`true` is a constant depth that is
 /// told the truth in every frame.)
-std::unique_ptr<PointSetEstimator> makeEstimator(const Scenario::Depth& depth,
-                                                 const Eigen::Vector2d& odometryNoise,
-                                                 std::size_t capacity);
+std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup, std::size_t capacity);
 
 }  // namespace depthservo

@@ -62,7 +62,7 @@ TEST_F(ScenarioTest, every_shipped_scenario_is_read) {
 
 TEST_F(ScenarioTest, has_defaults_for_all_but_the_necessary) {
   const Scenario s = loadWith({});
-  EXPECT_EQ(s.depth.estimator, EstimatorKind::nonlinear);
+  EXPECT_EQ(s.depth.estimator, EstimatorKind::filter);
   EXPECT_EQ(s.control.gain, 0.57);
   EXPECT_EQ(s.robot.limits.v, 0.5);
   EXPECT_EQ(s.sensing.source, Scenario::Source::image);
@@ -243,9 +243,8 @@ INSTANTIATE_TEST_SUITE_P(
         BrokenScenario{"principal_point", "cx: 319.5", "cx: 700", {":3: camera", "640x480"}},
         BrokenScenario{"later_estimator",
                        "initial: 3}",
-                       "initial: 3, estimator: filter}",
-                       {":10: depth.estimator",
-                        "not available in this version; use constant, true or nonlinear"}},
+                       "initial: 3, estimator: pose}",
+                       {":10: depth.estimator", "not available in this version; use constant"}},
         BrokenScenario{"unknown_estimator",
                        "initial: 3}",
                        "initial: 3, estimator: nonlinaer}",
@@ -346,12 +345,11 @@ TEST_F(ScenarioTest, any_text_gives_a_sane_scenario_or_an_input_error) {
 TEST(EstimatorNameTest, names_of_this_version_are_accepted_elsewhere_too) {
   EXPECT_EQ(availableEstimator("true", {"--estimator", 0, ""}), EstimatorKind::trueDepth);
   EXPECT_STREQ(toString(EstimatorKind::twoFrame), "two-frame");
-  EXPECT_TRUE(
-      isRefusal(inputErrorOf([] {
-                  availableEstimator("joint", {"--estimator", 0, ""});
-                }),
-                {"--estimator",
-                 "'joint' is not available in this version; use constant, true or nonlinear"}));
+  EXPECT_TRUE(isRefusal(
+      inputErrorOf([] {
+        availableEstimator("pose", {"--estimator", 0, ""});
+      }),
+      {"--estimator", "'pose' is not available in this version; use constant, true, two-frame"}));
 }
 
 }  // namespace

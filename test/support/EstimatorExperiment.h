@@ -19,11 +19,11 @@ constexpr std::size_t kCheckpointCount = 5;
 /// What is wrong with the data.
 struct Conditions {
   OdometryNoise odometry = OdometryNoise::none();
-  double outliers = 0;        // share of measurements 5..50 px off
-  int latency = 0;            // images late, in frames
-  double kappa = 1;           // true / given focal length
+  double outliers = 0;          // share of measurements 5..50 px off
+  int latency = 0;              // images late, in frames
+  double kappa = 1;             // true / given focal length
   double translationScale = 1;  // given / true translation
-  double guessFactor = 4;     // initial guesses within this factor of the truth, log-uniform
+  double guessFactor = 4;       // initial guesses within this factor of the truth, log-uniform
 };
 
 /// One draw: what an estimator gets, and the truth.
@@ -79,7 +79,8 @@ inline SimulatedRun simulate(const Trajectory& trajectory, std::vector<Eigen::Ve
       PointMeasurement z{conditions.kappa * p.x() / p.z() + random.normal(sigma),
                          conditions.kappa * p.y() / p.z() + random.normal(sigma), sigma};
       if (conditions.outliers > 0 && random.uniform(0, 1) < conditions.outliers) {
-        const double angle = random.uniform(0, 6.283185307179586), size = random.uniform(5, 50) * px;
+        const double angle = random.uniform(0, 6.283185307179586),
+                     size = random.uniform(5, 50) * px;
         z.x += size * std::cos(angle);
         z.y += size * std::sin(angle);
       }

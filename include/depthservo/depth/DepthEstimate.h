@@ -11,10 +11,14 @@ struct PointMeasurement {
   double x = 0, y = 0;  ///< normalised image coordinates [-]
   double sigma = 0;     ///< standard deviation per axis, normalised: pixels / focal length [-]
 
+  static constexpr double kLargest = 1e3;       // 89.9 degrees off the axis: no camera sees it
   static constexpr double kLargestSigma = 1e3;  // more tells nothing
 
-  /// Finite, with sigma >= 0 and not above the largest.
-  bool isUsable() const { return std::isfinite(x + y) && sigma >= 0 && sigma <= kLargestSigma; }
+  /// Finite and not above the largest, with sigma >= 0.
+  bool isUsable() const {
+    return std::abs(x) <= kLargest && std::abs(y) <= kLargest && sigma >= 0 &&
+           sigma <= kLargestSigma;
+  }
 };
 
 /// What an estimate is worth, worst first where several hold:

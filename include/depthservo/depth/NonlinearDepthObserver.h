@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+
 #include "depthservo/depth/DepthEstimator.h"
+#include "depthservo/depth/OdometryNoise.h"
 
 namespace depthservo {
 
@@ -24,7 +27,9 @@ struct ObserverGains {
   static ObserverGains scheduled(double settling_s, double W_min);
 
   /// k_3 W^2, the squared natural frequency [1/s^2], at the squared excitation W^2 [m^2/s^2].
-  double wn2At(double W2) const;
+  double wn2At(double W2) const {
+    return W_min > 0 ? wn * wn * std::min(1.0, W2 / (W_min * W_min)) : k_3 * W2;
+  }
 };
 
 /// When the observer speaks of excitation, doubts a measurement or gives a point up.
@@ -40,11 +45,9 @@ struct NonlinearObserverOptions {
   double gate = 0.02;
   int rejectionsInARow = 5;
 
-  /// White noise of measured odometry, 1 sigma per row: of the linear velocity [m/s] and of the
-  /// angular one [rad/s]. Widens sigma; and where the measured speed does not stand out of
-  /// `sigma_v` (below 5 sigma), depth is not corrected, since the noise alone would pull it to
-  /// infinity. 0: exact, or commanded.
-  double sigma_v = 0, sigma_w = 0;
+  /// Widens sigma; and depth is not corrected from motions in the noise's dead band, since measured
+  /// noise alone would pull it to infinity. Default: exact odometry.
+  OdometryNoise odometry = OdometryNoise::none();
 
   /// The point is lost when it is predicted less precisely than this (1 sigma, normalised).
   double lost_sigma = 0.1;
@@ -114,7 +117,6 @@ class NonlinearDepthObserver : public DepthEstimator {
     double of(double duration_s, double window_s);
   };
   bool isExcited() const;
-  double trustIn(const Motion& motion) const;  // 0: it may be all noise, 1: noise does not matter
 
   Options options_;
   DepthRange range_;
@@ -128,7 +130,7 @@ class NonlinearDepthObserver : public DepthEstimator {
   // Since the last correction: time, and derivative of the composed flow by chi.
   double elapsed_s_ = 0;
   Eigen::Vector3d J_point_chi_ = Eigen::Vector3d::UnitZ();
-  double trust_ = 1;             // the least of its motions
+  double rho_ = 1;               // share that is not noise: the least of its motions
   double odometryVariance_ = 0;  // of one image axis
 
   double W_ = 0;             // excitation over the last motion [m/s]

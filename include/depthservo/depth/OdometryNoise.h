@@ -9,8 +9,8 @@ namespace depthservo {
 
 /// Where the twists of the odometry come from.
 enum class OdometryMode {
-  /// Read from sensors: the noise is in the twist the estimator gets. A camera at rest then seems to
-  /// move, and depth must not be learnt from that; see OdometryNoise::deadBand.
+  /// Read from sensors: the noise is in the twist the estimator gets. A camera at rest then seems
+  /// to move, and depth must not be learnt from that; see OdometryNoise::deadBand.
   measured,
   /// The command itself: the noise is in what the camera really does. At rest the twist is exactly
   /// zero.
@@ -27,8 +27,8 @@ struct OdometryNoise {
   OdometryMode mode = OdometryMode::measured;
 
   /// Measured speeds below this many sigma_v are taken for noise and tell nothing of depth. Without
-  /// it a camera at rest would drive chi to zero with a small sigma (errors in variables); with less
-  /// than 5 some of that remains.
+  /// it a camera at rest would drive chi to zero with a small sigma (errors in variables); with
+  /// less than 5 some of that remains.
   double deadBand = 5;
 
   /// Odometry without any error.
@@ -47,14 +47,13 @@ struct OdometryNoise {
     double rho = 1;  ///< share of its parallax that is motion, not noise: 0 in the dead band .. 1
   };
 
-  /// For a finite motion with dt > 0. A motion of rows that last h_i has variance sigma^2 sum h_i^2.
+  /// For a finite motion with dt > 0. Rows that last h_i give it the variance sigma^2 sum h_i^2.
   Step over(const Motion& motion) const {
     const double dt2 = motion.dt2 > 0 ? motion.dt2 : motion.dt * motion.dt;
     const double perRow = dt2 / (motion.dt * motion.dt);
     const double t2 = motion.t.squaredNorm();
     Step step;
-    step.variance_t =
-        std::max(sigma_v * sigma_v * dt2, relative_v * relative_v * t2 * perRow);
+    step.variance_t = std::max(sigma_v * sigma_v * dt2, relative_v * relative_v * t2 * perRow);
     step.variance_theta = sigma_w * sigma_w * dt2;
     if (relative_w > 0) {
       const Eigen::Matrix3d& R = motion.R;

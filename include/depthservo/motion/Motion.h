@@ -41,7 +41,8 @@ struct Motion {
   Twist twist() const;
 
   bool isFinite() const {
-    return std::isfinite(R.sum() + t.sum() + dt + dt2);  // no sum hides a NaN or an infinity
+    // No sum hides a NaN or an infinity.
+    return std::isfinite((R.col(0) + R.col(1) + R.col(2) + t).sum() + (dt + dt2));
   }
 
   /// Whether it can be what happened between two images: finite, lasting 1 ns to 10^6 s.

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/sequence/InputError.h"
@@ -58,6 +59,8 @@ struct ReplayHints {
   std::optional<double> prior;                    ///< first guess of every depth [m]
   std::optional<double> pixel_noise;              ///< 1 sigma per axis [px]
   std::optional<Eigen::Vector2d> odometry_noise;  ///< 1 sigma per row [m/s, rad/s]
+  OdometryMode odometry_mode = OdometryMode::measured;
+  std::optional<double> odometry_scale_sigma;     ///< relative, 1 sigma
   std::optional<double> Z_min, Z_max;             ///< [m]
   std::optional<double> settling, W_min, k, k_3;  ///< gains of the nonlinear observer
 };

@@ -32,8 +32,9 @@ struct ReplayOptions {
   std::optional<double> priorSigma_Z;  ///< 1 sigma of the first guess [m]; none: the wide default
   double pixelNoise_px = 0.5;          ///< 1 sigma per axis told to the estimator [px]
 
-  /// White noise of the odometry told to the estimator, 1 sigma per row [m/s, rad/s].
-  Eigen::Vector2d odometryNoise = Eigen::Vector2d::Zero();
+  /// Declared noise of the odometry; none: the estimator's own default.
+  std::optional<OdometryNoise> odometryNoise;
+  double odometryScaleSigma = 0;  ///< relative, 1 sigma
 
   /// As the sequence itself asks for, with the defaults above for the rest. \throw InputError
   static ReplayOptions of(const Sequence& sequence);

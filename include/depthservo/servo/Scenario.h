@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/RunLog.h"
@@ -110,8 +111,6 @@ struct Scenario {
     double assumedNoise_px() const;
   };
 
-  enum class OdometryMode { measured, commanded };
-
   struct Odometry {
     double scale = 1;                                 ///< measured / true linear velocity [-]
     double scale_sigma = 0;                           ///< 1 sigma of it told to the estimator [-]
@@ -121,8 +120,8 @@ struct Scenario {
     double ticks = 0;          ///< resolution of the wheel encoders [m]; 0: perfect
     double wheel_base = 0.36;  ///< distance between the wheels [m]
 
-    /// 1 sigma per row that the estimator is told: commanded velocities have no noise of their own.
-    Eigen::Vector2d toldNoise() const;
+    /// What the estimator is told of it.
+    OdometryNoise declaredNoise() const;
   };
 
   /// Gains of the nonlinear observer: k and k_3 if given, otherwise scheduled by settling and
@@ -136,7 +135,7 @@ struct Scenario {
   };
 
   struct Depth {
-    EstimatorKind estimator = EstimatorKind::nonlinear;
+    EstimatorKind estimator = EstimatorKind::filter;
     double initial = 1;                ///< first guess for every point [m]
     double Z_min = 0.05, Z_max = 100;  ///< [m]
     Gains gains;

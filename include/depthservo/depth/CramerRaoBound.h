@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "depthservo/depth/OdometryNoise.h"
+#include "depthservo/motion/Flow.h"
+
+namespace depthservo {
+
+/// The limit for every estimator that is given the same images and odometry: posterior Cramer-Rao
+/// bound (Tichavsky, Muravchik, Nehorai, IEEE Trans. Signal Processing 46(5), 1998) of still points
+/// that share the odometry's error, along their true path:
+///
+///   advance  P <- F P F' + Q,  Q = L W L' over all points (rank 6)
+///   measure  P^-1 <- P^-1 + diag(1/r, 1/r, 0) for the measured point
+///
+/// With one point it is the bound for estimators that treat each point alone, with several that of
+/// joint ones. P is the bound itself, 3Nx3N over (x, y, chi) of each point; it begins so wide that
+/// nothing is known. Allocates; for evaluation, not the loop.
+class CramerRaoBound {
+ public:
+  /// \param points true (x, y, chi) in the first image, in which nothing is measured yet
+  /// \param sigma_chi prior knowledge of each chi [1/m]; infinite: none
+  CramerRaoBound(std::vector<PointState> points, double sigma_chi);
+
+  /// Follows the camera's true motion. A point that passes behind the camera is given up: its bound
+  /// is infinite from then on.
+  void advance(const Motion& motion, const OdometryNoise& odometry);
+
+  /// Counts a measurement of point i with this standard deviation (normalised, > 0).
+  void measure(std::size_t i, double sigma);
+
+  /// Least sigma_chi [1/m] any unbiased estimator can have of point i.
+  double sigma_chi(std::size_t i) const;
+
+  /// The same relative to chi: least sigma_Z / Z.
+  double relativeSigma(std::size_t i) const { return sigma_chi(i) / points_[i].chi; }
+
+  const PointState& point(std::size_t i) const { return points_[i]; }
+
+ private:
+  std::vector<PointState> points_;
+  std::vector<bool> ahead_;
+  Eigen::MatrixXd P_;
+};
+
+}  // namespace depthservo

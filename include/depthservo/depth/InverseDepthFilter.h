@@ -1,0 +1,118 @@
+#pragma once
+
+#include "depthservo/depth/DepthEstimator.h"
+#include "depthservo/depth/OdometryNoise.h"
+
+namespace depthservo {
+
+/// All of it works as it stands; what to set first is the odometry's noise and mode.
+struct InverseDepthFilterOptions {
+  OdometryNoise odometry;
+
+  /// Relative uncertainty of the translation's scale (wheel radius, calibration), 1 sigma [-]. Z
+  /// scales with it and no image can tell, so it is not estimated but enters the reported sigma.
+  double odometryScaleSigma = 0;
+
+  /// Relative uncertainty of the focal length, 1 sigma [-]; likewise.
+  double focalSigma = 0;
+
+  /// A measurement is rejected when its normalised innovation squared (NIS, chi-square with 2
+  /// degrees of freedom) is above this: 13.8 refuses 0.1 % of good ones.
+  double gate = 13.8;
+
+  /// After so many rejections in a row measurements are believed again, with little weight; after
+  /// twice as many the point starts anew there (a point that has just started, after two).
+  int rejectionsInARow = 5;
+
+  /// Innovations beyond this many sigma lose weight (Huber).
+  double huber = 2.5;
+
+  /// The point is lost when it is predicted less precisely than this (1 sigma, normalised).
+  double lost_sigma = 0.1;
+};
+
+namespace detail {
+
+/// One point of the filter: state, covariance, and what the last step says of it.
+struct FilterPoint {
+  enum class Phase : unsigned char { unset, measured, coasting, rejected, behind };
+
+  double x = 0, y = 0, chi = 1;                           // chi is not bounded
+  double xx = 0, xy = 0, xc = 0, yy = 0, yc = 0, cc = 0;  // covariance, c is chi
+  double scale[3] = {0, 0, 0}, focal[3] = {0, 0, 0};      // d(error of x, y, chi) by either
+  double parallax2 = 0;                                   // of the last motion [m^2]
+  double r = 0;                                           // variance of the last measurement
+  int rejections = 0;                                     // in a row
+  unsigned char accepted = 0;                             // since the start, up to 5
+  Phase phase = Phase::unset;
+};
+
+}  // namespace detail
+
+/// Extended Kalman filter of one point's (x, y, chi) in the current camera frame, at the Cramer-Rao
+/// bound from any initial guess.
+///
+///   predict  (x, y, chi) <- exact flow of the motion,  P <- F P F' + L W L'
+///   correct  by the measured (x, y): gate, Huber weight, then the linear Kalman update
+///
+/// L is the 3x6 matrix of d(x, y, chi)/dt by the twist, W the odometry's noise, both in closed
+/// form. The parametrisation is that of Civera, Davison, Montiel, "Inverse Depth Parametrization
+/// for Monocular SLAM", IEEE T-RO 24(5), 2008, with the anchor moved along to the current frame, so
+/// that the update is linear and odometry noise has its place.
+///
+/// The prior is wide by default (sigma_chi 5 1/m, or chi when that is more): the guess has no
+/// lasting influence. chi is unbounded inside (negative while unobservable); the range applies to
+/// what is reported. While sigma_chi is not small against chi use `DepthEstimate::interval()`, not
+/// sigma_Z.
+///
+/// Measured odometry noise stands in the gain and in the innovation at once (errors in variables),
+/// which would pull chi to zero while the camera rests. Hence the entries d(x, y)/dchi of F that
+/// make the covariance are scaled by rho (OdometryNoise::Step): rest and pure rotation teach
+/// nothing.
+///
+/// Uncertainties that cannot be estimated (odometryScaleSigma, focalSigma) are considered (Schmidt
+/// 1966): the estimate is not touched, the sensitivity of its error to each is carried along, and
+/// reported variances contain sensitivity^2 sigma^2.
+///
+/// Status: `lost` behind the camera (the point then starts anew with its next measurement, keeping
+/// its depth as a guess) or predicted less precisely than lost_sigma; `unexcited` when the camera
+/// rests, when its speed is in the dead band, or when the present motion would make sigma_chi less
+/// than 5 % smaller within a second (for a point known better than 1 %, than a sigma of 1 %).
+///
+/// \code
+///   InverseDepthFilter filter;
+///   filter.reset({x, y, 0.5 / focal_px}, {2.0});     // any guess of Z [m]
+///   filter.predict(Motion::fromTwist(twist, dt));    // for each image
+///   filter.correct({x, y, 0.5 / focal_px});
+///   const DepthEstimate e = filter.estimate();
+/// \endcode
+class InverseDepthFilter : public DepthEstimator {
+ public:
+  using Options = InverseDepthFilterOptions;
+
+  explicit InverseDepthFilter(const Options& options = {}, const DepthRange& range = {})
+      : options_(options), range_(range) {}
+
+  std::unique_ptr<DepthEstimator> clone() const override;
+  void reset(const PointMeasurement& measurement, const DepthPrior& prior) override;
+  void predict(const Motion& motion) override;
+  void correct(const PointMeasurement& measurement) override;
+  void correctDepth(const DepthPrior& measured) override;
+  DepthEstimate estimate() const override;
+
+  /// chi [1/m] without bounds and without anything considered: what the filter believes itself.
+  double chi() const { return point_.chi; }
+  double variance_chi() const { return point_.cc; }
+
+  /// The filter's own covariance of (x, y, chi), 3x3.
+  Eigen::Matrix3d covariance() const;
+
+ private:
+  Options options_;
+  DepthRange range_;
+  detail::FilterPoint point_;
+  OdometryNoise::Step step_;  // of the last motion
+  double dt_ = 0;             // of the last motion [s]
+};
+
+}  // namespace depthservo

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace depthservo {
+
+/// One figure of a paper, theirs against ours.
+struct ReproduceRow {
+  std::string id;       ///< stable, unique over all papers: paper/experiment/figure
+  std::string claim;    ///< what the figure says
+  std::string paper;    ///< as the paper prints it; empty when it does not
+  double expected = 0;  ///< from an independent computation
+  double ours = 0;      ///< measured now; finite
+  std::string unit;
+  bool pass = false;        ///< ours agrees with expected
+  bool reproduces = false;  ///< the paper's claim holds
+  std::string note;
+};
+
+struct ReproduceOptions {
+  bool full = false;  ///< more seeds and finer searches
+  unsigned seed = 1;  ///< of the noise
+};
+
+/// Ibuki, Nakano, Shigaki, Hatanaka, "Sampled visual feedback pose estimation and regulation based
+/// on camera frame rates", Advanced Robotics 37, 2023: conditions, gain design, both experiments in
+/// simulation, frame-rate sweep, noise. A few seconds.
+std::vector<ReproduceRow> reproduceIbuki2023(const ReproduceOptions& options = {});
+
+/// Durand Petiteville, Courdesses, Cadenat, "A new predictor/corrector pair to estimate the visual
+/// features depth during a vision-based navigation task in an unknown environment", ICINCO 2010:
+/// perfect data, noise, occlusions of 2 s and 13 s, against De Luca's observer; all over 200 seeds,
+/// `full`: 1000. A few seconds, `full`: half a minute.
+std::vector<ReproduceRow> reproduceDurand2010(const ReproduceOptions& options = {});
+
+}  // namespace depthservo

@@ -1,0 +1,368 @@
+#include "depthservo/depth/ConsistencyMonitor.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "depth/FilterPointSteps.h"
+#include "depth/rateByTwist.h"
+
+namespace depthservo {
+namespace {
+
+using detail::FilterPoint;
+using detail::Verdict;
+using Phase = FilterPoint::Phase;
+using Cause = ConsistencyMonitor::Cause;
+
+enum Hypothesis { kLatency = 0, kGyroBias = 1, kFocal = 4, kTarget = 5 };
+
+/// Half-width of the band of the mean NIS, in sigma of the mean.
+constexpr double kBand = 5;
+
+/// Rejections that good measurements may have: this many times the expected, and some.
+constexpr double kRejectionFactor = 5, kRejectionSlack = 5;
+constexpr double kExpectedRejections = 1e-3;
+
+/// Images that must have been seen before anything is said.
+constexpr int kFewest = 30;
+
+/// How long a cause must be the likeliest before it is named [s].
+constexpr double kAgreed_s = 0.5;
+
+/// A latency below this share of the image period is not told from odometry noise, which has the
+/// same effect as half a period when it is measured (averaging two noisy twists helps).
+constexpr double kLeastLatency = 0.6;
+
+/// Mean NIS of the measurements that were not rejected, below which the rejected ones are outliers
+/// rather than signs of a wrong model.
+constexpr double kOthersAgree = 2.6;
+
+/// NIS beyond which a point starts anew: it is another point.
+constexpr double kLargestNis = 1e6;
+
+/// Keeps directions without any information out of a fit.
+constexpr double kRegularisation = 1e-6;
+
+/// Weight of an innovation in the score of an image: far ones count for less and less.
+double scoreWeight(double nis) {
+  constexpr double kFar = 6.25;
+  return nis > kFar ? kFar / nis : 1;
+}
+
+}  // namespace
+
+struct ConsistencyMonitor::Slot {
+  int id = 0;
+  bool isStarted = false;
+  FilterPoint point;
+  Eigen::Matrix<double, 3, kHypotheses> e;  // d(true - estimated state) by each hypothesis
+};
+
+ConsistencyMonitor::ConsistencyMonitor(std::size_t capacity, const Options& options,
+                                       const DepthPrior& prior, const DepthRange& range)
+    : options_(options),
+      prior_(prior),
+      range_(range),
+      slots_(capacity),
+      images_(static_cast<std::size_t>(std::max(1, options.window))) {
+  reset();
+}
+
+ConsistencyMonitor::ConsistencyMonitor(const ConsistencyMonitor&) = default;
+ConsistencyMonitor::~ConsistencyMonitor() = default;
+
+void ConsistencyMonitor::reset() {
+  size_ = next_ = 0;
+  std::fill(images_.begin(), images_.end(), Image{});
+  sum_.setZero();
+  square_.setZero();
+  information_.setZero();
+  measured_ = rejected_ = above_s_ = below_s_ = held_s_ = 0;
+  latest_ = {};
+  startRcamera_.setIdentity();
+  twistCount_ = 0;
+  dt_ = sinceCorrection_s_ = 0;
+}
+
+ConsistencyMonitor::Slot* ConsistencyMonitor::findOrAdd(int id) {
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (slots_[i].id == id) return &slots_[i];
+  }
+  if (size_ == slots_.size()) return nullptr;
+  Slot& slot = slots_[size_++];
+  slot.id = id;
+  slot.isStarted = false;
+  return &slot;
+}
+
+void ConsistencyMonitor::predict(const Motion& motion) {
+  if (!motion.isFinite() || !(motion.dt > 0)) return;
+  step_ = options_.filter.odometry.over(motion);
+  dt_ = motion.dt;
+  sinceCorrection_s_ += motion.dt;
+  std::copy_backward(twists_.begin(), twists_.end() - 1, twists_.end());
+  const Twist twist = motion.twist();
+  twists_[0] << twist.linear, twist.angular;
+  const double n = 1 / (dt_ * dt_), band = options_.filter.odometry.deadBand;
+  isMoving_ = options_.filter.odometry.mode == OdometryMode::commanded || step_.rho > 0 ||
+              twist.angular.squaredNorm() > band * band * step_.variance_theta * n;
+  twistCount_ = std::min(twistCount_ + 1, static_cast<int>(twists_.size()));
+  startRcamera_ = startRcamera_ * motion.R.transpose();
+  for (std::size_t i = 0; i < size_; ++i) predictSlot(slots_[i], motion);
+}
+
+void ConsistencyMonitor::predictSlot(Slot& slot, const Motion& motion) {
+  FilterPoint& p = slot.point;
+  if (!slot.isStarted || p.phase == Phase::behind) return;
+  const PointState before{p.x, p.y, p.chi};
+  detail::predictPoint(p, detail::FilterStep(motion, step_), options_.filter);
+  if (p.phase == Phase::behind) return;
+  const PointState after{p.x, p.y, p.chi};
+  const Eigen::Matrix<double, 3, 6> L = rateByTwist(after);
+  slot.e = flowJacobian(motion, before, after) * slot.e;
+  const Eigen::Matrix<double, 3, 6> Ldt = motion.dt * L;
+  if (twistCount_ == 4) {
+    const Eigen::Matrix<double, 6, 1> acceleration =
+        (twists_[0] + twists_[1] - twists_[2] - twists_[3]) / (4 * motion.dt);
+    slot.e.col(kLatency) -= Ldt * acceleration;
+  }
+  slot.e.middleCols<3>(kGyroBias) -= Ldt.rightCols<3>();
+  // A target that moves with V is a camera that moves with -V.
+  slot.e.middleCols<3>(kTarget) -= Ldt.leftCols<3>() * startRcamera_.transpose();
+}
+
+/// Unlike the filter it never skips or restarts while the numbers hold: whatever the gain, the
+/// sensitivities say what the innovation should be, as long as every step is known.
+void ConsistencyMonitor::correctSlot(Slot& slot, const PointMeasurement& measurement) {
+  FilterPoint& p = slot.point;
+  const InverseDepthFilterOptions& options = options_.filter;
+  const double r = detail::measurementVariance(measurement.sigma);
+  detail::FilterState<double> s = detail::stateOf(p);
+  detail::FilterInnovation<double> nu;
+  detail::innovate(s, measurement.x, measurement.y, r, nu);
+  if (p.phase == Phase::behind || !(nu.det > 0 && nu.nis >= 0 && nu.nis < kLargestNis)) {
+    startSlot(slot, measurement, {1 / range_.clampChi(p.chi)});
+    return;
+  }
+  // Sensitivity of the innovation. At rest measured noise would pass for a cause.
+  Eigen::Matrix<double, 2, kHypotheses> by = slot.e.topRows<2>();
+  by.col(kFocal) += Eigen::Vector2d(p.x, p.y);
+  if (isMoving_) {
+    Eigen::Matrix2d inverse;
+    inverse << (s.yy + r), -s.xy, -s.xy, (s.xx + r);
+    inverse *= scoreWeight(nu.nis) / nu.det;
+    const Eigen::Matrix<double, kHypotheses, 2> weighted = by.transpose() * inverse;
+    score_ += weighted * Eigen::Vector2d(nu.x, nu.y);
+    information_ += weighted * by;
+  }
+  const bool isNear = nu.nis <= options.gate;
+  if (isNear) {
+    current_.sum += nu.nis;
+    ++current_.count;
+    rejected_ += p.rejections == 1;  // alone: an outlier; in a row: rather a wrong model
+    p.rejections = 0;
+  } else {
+    ++p.rejections;
+  }
+  detail::FilterGain<double> K;
+  detail::correctState(s, nu, detail::weighted(r, nu.nis, options), K);
+  Eigen::Matrix<double, 3, 2> gain;
+  gain << K.xx, K.xy, K.yx, K.yy, K.cx, K.cy;
+  slot.e -= gain * by;
+  detail::setState(p, s);
+  p.r = r;
+  p.phase = Phase::measured;
+}
+
+void ConsistencyMonitor::startSlot(Slot& slot, const PointMeasurement& measurement,
+                                   const DepthPrior& prior) {
+  detail::resetPoint(slot.point, measurement, prior.sanitised(range_));
+  slot.isStarted = true;
+  slot.e.setZero();
+  slot.e.col(kFocal) << -measurement.x, -measurement.y, 0;
+}
+
+void ConsistencyMonitor::correct(const std::vector<PointObservation>& observations) {
+  const double keep = std::exp(-sinceCorrection_s_ / options_.memory_s);
+  sum_ *= keep;
+  square_ *= keep;
+  information_ *= keep;
+  measured_ *= keep;
+  rejected_ *= keep;
+  current_ = {};
+  score_.setZero();
+  for (const PointObservation& observation : observations) {
+    const PointMeasurement& measured = observation.measurement;
+    Slot* slot = measured.isUsable() ? findOrAdd(observation.id) : nullptr;
+    if (!slot) continue;
+    if (!slot->isStarted) {
+      startSlot(*slot, measured, prior_);
+      continue;
+    }
+    ++measured_;
+    correctSlot(*slot, measured);
+  }
+  sum_ += score_;
+  square_ += score_ * score_.transpose();
+  images_[next_++ % images_.size()] = current_;
+
+  const Nis nis = windowedNis();
+  above_s_ = nis.deviation > kBand ? above_s_ + sinceCorrection_s_ : 0;
+  below_s_ = nis.deviation < -kBand ? below_s_ + sinceCorrection_s_ : 0;
+  const Diagnosis now = judged();
+  held_s_ = now.cause == latest_.cause ? held_s_ + sinceCorrection_s_ : 0;
+  latest_ = now;
+  sinceCorrection_s_ = 0;
+}
+
+/// The mean over all values of the window. Its sigma is that of independent values, or what the
+/// scatter between images says when that is more: points share the odometry's error.
+ConsistencyMonitor::Nis ConsistencyMonitor::windowedNis() const {
+  Nis nis;
+  double sum = 0;
+  int images = 0;
+  for (const Image& image : images_) {
+    sum += image.sum;
+    nis.values += image.count;
+    images += image.count > 0 ? 1 : 0;
+  }
+  if (nis.values == 0) return nis;
+  nis.mean = sum / nis.values;
+  if (images < kFewest) return nis;
+  double scatter = 0;
+  for (const Image& image : images_) {
+    const double deviation = image.sum - image.count * nis.mean;
+    scatter += deviation * deviation;
+  }
+  const double n = nis.values;
+  const double sigma = std::max(2 / std::sqrt(n), std::sqrt(scatter) / n);
+  nis.deviation = (nis.mean - 2) / sigma;
+  return nis;
+}
+
+double ConsistencyMonitor::varianceFactor() const {
+  return above_s_ >= options_.hold_s ? std::max(1., windowedNis().mean / 2) : 1;
+}
+
+/// Least squares for one cause alone, theta = information^-1 sum.
+ConsistencyMonitor::Fit ConsistencyMonitor::fitted(int first, int count) const {
+  Fit fit;
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d A = Eigen::Matrix3d::Identity(), C = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < count; ++i) {
+    b[i] = sum_[first + i];
+    for (int j = 0; j < count; ++j) {
+      A(i, j) = information_(first + i, first + j);
+      C(i, j) = square_(first + i, first + j);
+    }
+  }
+  for (int i = 0; i < count; ++i) A(i, i) *= 1 + kRegularisation;
+  const Eigen::LDLT<Eigen::Matrix3d> ldlt(A);
+  if (!(ldlt.vectorD().minCoeff() > 0)) return fit;
+  const Eigen::Vector3d theta = ldlt.solve(b);
+  const double scatter = theta.dot(C * theta);
+  if (!theta.allFinite() || !(scatter > 0)) return fit;
+  fit.explained = theta.dot(b);
+  fit.evidence = fit.explained / std::sqrt(scatter);
+  fit.size = count == 1 ? theta[0] : theta.norm();
+  return fit;
+}
+
+ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
+  Diagnosis d;
+  const Nis nis = windowedNis();
+  d.meanNis = nis.mean;
+  d.values = nis.values;
+  if (nis.values == 0 || next_ < static_cast<std::size_t>(kFewest)) return d;
+
+  double explained = 0;  // decrease of the sum of NIS by the best cause
+  const auto consider = [&](Cause cause, int first, int count) {
+    const Fit fit = fitted(first, count);
+    const bool isTooSmall = cause == Cause::latency && std::abs(fit.size) < kLeastLatency * dt_;
+    if (isTooSmall || fit.evidence < options_.evidence || fit.explained <= explained) return;
+    explained = fit.explained;
+    d.cause = cause;
+    d.evidence = fit.evidence;
+    d.size = fit.size;
+  };
+  consider(Cause::latency, kLatency, 1);
+  consider(Cause::gyroBias, kGyroBias, 3);
+  consider(Cause::focalLength, kFocal, 1);
+  consider(Cause::movingTarget, kTarget, 3);
+  if (d.cause != Cause::none) return d;
+
+  const double expected = kExpectedRejections * measured_;
+  const bool othersAgree = nis.mean < kOthersAgree;
+  if (othersAgree && rejected_ > kRejectionFactor * expected + kRejectionSlack) {
+    d.cause = Cause::outliers;
+    d.size = rejected_ / measured_;
+    d.evidence = (rejected_ - expected) / std::sqrt(std::max(1., expected));
+    return d;
+  }
+  if (above_s_ >= options_.hold_s || below_s_ >= options_.hold_s) {
+    d.cause = Cause::noise;
+    d.size = nis.mean / 2;
+    d.evidence = std::abs(nis.deviation);
+  }
+  return d;
+}
+
+ConsistencyMonitor::Diagnosis ConsistencyMonitor::diagnosis() const {
+  if (held_s_ >= kAgreed_s) return latest_;
+  Diagnosis undecided;
+  undecided.meanNis = latest_.meanNis;
+  undecided.values = latest_.values;
+  return undecided;
+}
+
+std::string ConsistencyMonitor::Diagnosis::message() const {
+  char text[256];
+  const auto say = [&](const char* format, double value) {
+    std::snprintf(text, sizeof text, format, value, evidence, meanNis, values);
+  };
+  switch (cause) {
+    case Cause::none:
+      std::snprintf(text, sizeof text,
+                    "images and odometry agree with the declared noise (mean NIS %.2f of %d "
+                    "values, expected 2)",
+                    meanNis, values);
+      break;
+    case Cause::latency:
+      say("latency: the images are about %.0f ms late against the odometry (evidence %.0f sigma, "
+          "mean NIS %.2f of %d values); correct the stamps or use the joint filter",
+          1e3 * size);
+      break;
+    case Cause::gyroBias:
+      say("gyro bias of about %.4f rad/s (evidence %.0f sigma, mean NIS %.2f of %d values); "
+          "calibrate it at rest",
+          size);
+      break;
+    case Cause::focalLength:
+      say("calibration: the focal length is about %+.1f %% off (evidence %.0f sigma, mean NIS %.2f "
+          "of %d values); calibrate the camera or let the joint filter estimate it",
+          100 * size);
+      break;
+    case Cause::movingTarget:
+      say("the target moves, at about %.3f m/s (evidence %.0f sigma, mean NIS %.2f of %d values); "
+          "its depth cannot be observed so",
+          size);
+      break;
+    case Cause::outliers:
+      say("outliers: %.1f %% of the measurements are rejected (%.0f sigma, mean NIS of the others "
+          "%.2f of %d values); look at the tracker",
+          100 * size);
+      break;
+    case Cause::noise:
+      say(size > 1 ? "innovations %.1f times the declared variance (%.0f sigma, mean NIS %.2f of "
+                     "%d values): noise is larger than declared, or the model is wrong"
+                   : "innovations only %.2f times the declared variance (%.0f sigma, mean NIS %.2f "
+                     "of %d values): declare less noise for smaller sigmas",
+          size);
+      break;
+  }
+  return text;
+}
+
+}  // namespace depthservo

@@ -1,0 +1,60 @@
+#pragma once
+
+#include "depth/FilterKernel.h"
+#include "depthservo/depth/InverseDepthFilter.h"
+
+/// The steps of InverseDepthFilter on one point. The batch takes them for the points that need more
+/// than the kernel.
+namespace depthservo::detail {
+
+/// A point with fewer accepted measurements than this starts anew on its second rejection in a row:
+/// it is likely that the first measurement was the wrong one.
+constexpr int kYoung = 5;
+
+/// Variance of a measurement: no camera is better than 1e-7 (6e-5 px at 600 px).
+double measurementVariance(double sigma);
+
+/// Covariances (and squares of states) beyond this are not numbers to work with.
+constexpr double kLargestVariance = 1e30;
+
+DEPTHSERVO_INLINE FilterState<double> stateOf(const FilterPoint& p) {
+  return {p.x, p.y, p.chi, p.xx, p.xy, p.xc, p.yy, p.yc, p.cc};
+}
+
+DEPTHSERVO_INLINE void setState(FilterPoint& p, const FilterState<double>& s) {
+  p.x = s.x;
+  p.y = s.y;
+  p.chi = s.c;
+  p.xx = s.xx;
+  p.xy = s.xy;
+  p.xc = s.xc;
+  p.yy = s.yy;
+  p.yc = s.yc;
+  p.cc = s.cc;
+}
+
+/// Variance of a direct measurement of chi, at least that of 0.1 % of it: a false certainty could
+/// not be corrected by any number of images.
+double depthVariance(double chi, double sigma_chi);
+
+/// What to do with a measurement.
+enum class Verdict { use, reject, restart };
+
+/// Decides by the normalised innovation squared, which is NaN or huge when the numbers have failed,
+/// and by the point's recent rejections, which it counts.
+Verdict judge(FilterPoint& p, double nis, const InverseDepthFilterOptions& options);
+
+/// Measurement variance with the Huber weight of this NIS.
+double weighted(double r, double nis, const InverseDepthFilterOptions& options);
+
+void resetPoint(FilterPoint& p, const PointMeasurement& measurement, const DepthPrior& usablePrior);
+void predictPoint(FilterPoint& p, const FilterStep& step, const InverseDepthFilterOptions& options);
+void correctPoint(FilterPoint& p, const PointMeasurement& measurement,
+                  const InverseDepthFilterOptions& options, const DepthRange& range);
+void correctPointDepth(FilterPoint& p, const DepthPrior& usable, const DepthRange& range);
+
+/// \param noise, dt of the last motion; dt is 0 when there was none
+DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noise, double dt,
+                            const InverseDepthFilterOptions& options, const DepthRange& range);
+
+}  // namespace depthservo::detail

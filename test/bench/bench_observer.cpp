@@ -1,0 +1,167 @@
+// Cost of observing depth, and its share of ViSP's control law for four points.
+//   bench_observer            prints `share`: observe of 4 features / computeControlLaw
+#include <benchmark/benchmark.h>
+#include <unistd.h>
+#include <visp3/vs/vpServo.h>
+
+#include <array>
+#include <cstdlib>
+#include <ctime>
+#include <vector>
+
+#include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/depth/PointwiseEstimator.h"
+#include "depthservo/features/FeaturePoint.h"
+#include "depthservo/features/FeaturePointGroup.h"
+
+#ifdef VISP_NAMESPACE_NAME
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+namespace {
+
+/// One thread in the linear algebra. Its libraries read the environment when they are loaded,
+/// before any code of this program: so set it and start over.
+__attribute__((constructor)) void pinThreads(int, char** argv, char**) {
+  if (std::getenv("OPENBLAS_NUM_THREADS") && std::getenv("OMP_NUM_THREADS")) return;
+  setenv("OPENBLAS_NUM_THREADS", "1", 1);
+  setenv("OMP_NUM_THREADS", "1", 1);
+  execv("/proc/self/exe", argv);
+}
+
+constexpr double kDt = 1. / 30;
+constexpr std::size_t kFrames = 256;
+
+/// A camera that moves away and back before four points, again and again.
+struct Tour {
+  std::vector<vpColVector> twist;
+  std::vector<Motion> motion;
+  std::vector<std::array<PointState, 4>> points;  // after the motion
+
+  Tour() {
+    std::array<PointState, 4> at{{{-.1, -.1, 1}, {.1, -.1, 1}, {.1, .1, 1}, {-.1, .1, 1}}};
+    std::vector<vpColVector> away;
+    for (std::size_t k = 0; k < kFrames / 2; ++k) {
+      const double t = static_cast<double>(k) * kDt;
+      const double u[] = {.1 * std::cos(t), .05, .05 * std::sin(t), .02, -.03, .1 * std::cos(t)};
+      vpColVector v(6);
+      for (unsigned j = 0; j < 6; ++j) v[j] = u[j];
+      away.push_back(v);
+    }
+    twist = away;
+    for (auto v = away.rbegin(); v != away.rend(); ++v) twist.push_back(-*v);
+    for (const vpColVector& v : twist) {
+      motion.push_back(Motion::fromTwist({{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}, kDt));
+      for (PointState& p : at) p = flow(motion.back(), p).point;
+      points.push_back(at);
+    }
+  }
+};
+
+const Tour& tour() {
+  static const Tour instance;
+  return instance;
+}
+
+void BM_motionFromTwist(benchmark::State& state) {
+  const Twist twist{{.1, .2, .3}, {.1, .2, .3}};
+  for (auto _ : state) benchmark::DoNotOptimize(Motion::fromTwist(twist, kDt));
+}
+BENCHMARK(BM_motionFromTwist);
+
+void BM_flow(benchmark::State& state) {
+  std::size_t k = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(flow(tour().motion[k], tour().points[k][0]));
+    k = (k + 1) % kFrames;
+  }
+}
+BENCHMARK(BM_flow);
+
+void BM_nonlinearObserverStep(benchmark::State& state) {
+  NonlinearDepthObserver observer;
+  const PointState& start = tour().points.back()[0];
+  observer.reset({start.x, start.y, 8e-4}, {2});
+  std::size_t k = 0;
+  for (auto _ : state) {
+    const PointState& p = tour().points[k][0];
+    observer.predict(tour().motion[k]);
+    observer.correct({p.x, p.y, 8e-4});
+    k = (k + 1) % kFrames;
+  }
+  benchmark::DoNotOptimize(observer.estimate());
+}
+BENCHMARK(BM_nonlinearObserverStep);
+
+template <typename Features>
+void setPoints(Features& s, std::size_t k) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    s[i].set_x(tour().points[k][i].x);
+    s[i].set_y(tour().points[k][i].y);
+  }
+}
+
+void BM_observeFourFeatures(benchmark::State& state) {
+  std::vector<FeaturePoint> s(4);
+  std::size_t k = 0;
+  for (auto _ : state) {
+    setPoints(s, k);
+    for (FeaturePoint& f : s) f.observe(tour().twist[k], kDt);
+    k = (k + 1) % kFrames;
+  }
+}
+BENCHMARK(BM_observeFourFeatures);
+
+void BM_observeGroupOfFour(benchmark::State& state) {
+  FeaturePointGroup s(PointwiseEstimator(NonlinearDepthObserver(), 4), 4);
+  std::size_t k = 0;
+  for (auto _ : state) {
+    setPoints(s, k);
+    s.observe(tour().twist[k], kDt);
+    k = (k + 1) % kFrames;
+  }
+}
+BENCHMARK(BM_observeGroupOfFour);
+
+/// CPU time of this program [s]: other programs may run beside it.
+double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+/// Both sides on the same frames, in blocks long enough for the clock. Setting x and y is part of
+/// neither: the loop without depthservo does it as well. The time shown is the control law's.
+void BM_observeAgainstControlLaw(benchmark::State& state) {
+  std::vector<FeaturePoint> s(4);
+  std::vector<vpFeaturePoint> plain(4), s_star(4);
+  vpServo task;
+  task.setServo(vpServo::EYEINHAND_CAMERA);
+  task.setInteractionMatrixType(vpServo::CURRENT);
+  for (std::size_t i = 0; i < 4; ++i) {
+    s_star[i].buildFrom(i % 3 ? .2 : -.2, i > 1 ? .2 : -.2, .5);
+    task.addFeature(s[i], s_star[i]);
+  }
+  double set_s = 0, observe_s = 0, control_s = 0, calls = 0;
+  for (auto _ : state) {
+    const double t0 = cpu_s();
+    for (std::size_t k = 0; k < 8 * kFrames; ++k) setPoints(plain, k % kFrames);
+    const double t1 = cpu_s();
+    for (std::size_t k = 0; k < 8 * kFrames; ++k) {
+      setPoints(s, k % kFrames);
+      for (FeaturePoint& f : s) f.observe(tour().twist[k % kFrames], kDt);
+    }
+    const double t2 = cpu_s();
+    for (std::size_t k = 0; k < 8 * kFrames; ++k) task.computeControlLaw();
+    const double t3 = cpu_s();
+    set_s += t1 - t0;
+    observe_s += t2 - t1;
+    control_s += t3 - t2;
+    calls += 8 * kFrames;
+    state.SetIterationTime((t3 - t2) / (8 * kFrames));
+  }
+  state.counters["observe_ns"] = 1e9 * (observe_s - set_s) / calls;
+  state.counters["control_ns"] = 1e9 * control_s / calls;
+  state.counters["share"] = (observe_s - set_s) / control_s;
+}
+BENCHMARK(BM_observeAgainstControlLaw)->UseManualTime()->Iterations(50);
+
+}  // namespace
+}  // namespace depthservo
