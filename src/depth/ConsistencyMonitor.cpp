@@ -140,7 +140,7 @@ void ConsistencyMonitor::correctSlot(Slot& slot, const PointMeasurement& measure
   const InverseDepthFilterOptions& options = options_.filter;
   const double r = detail::measurementVariance(measurement.sigma);
   detail::FilterState<double> s = detail::stateOf(p);
-  detail::FilterInnovation<double> nu;
+  detail::FilterInnovation<double> nu{};
   detail::innovate(s, measurement.x, measurement.y, r, nu);
   if (p.phase == Phase::behind || !(nu.det > 0 && nu.nis >= 0 && nu.nis < kLargestNis)) {
     startSlot(slot, measurement, {1 / range_.clampChi(p.chi)});
@@ -166,7 +166,7 @@ void ConsistencyMonitor::correctSlot(Slot& slot, const PointMeasurement& measure
   } else {
     ++p.rejections;
   }
-  detail::FilterGain<double> K;
+  detail::FilterGain<double> K{};
   detail::correctState(s, nu, detail::weighted(r, nu.nis, options), K);
   Eigen::Matrix<double, 3, 2> gain;
   gain << K.xx, K.xy, K.yx, K.yy, K.cx, K.cy;

@@ -118,7 +118,7 @@ void predictPoint(FilterPoint& p, const FilterStep& step,
                   const InverseDepthFilterOptions& options) {
   if (p.phase == Phase::unset || p.phase == Phase::behind) return;
   const FilterState<double> before = stateOf(p);
-  Prediction<double> next;
+  Prediction<double> next{};
   predictState(step, before, next);
   if (!(next.q3 > 0 && next.size < kLargestVariance)) {
     p.phase = Phase::behind;
@@ -146,7 +146,7 @@ void correctPoint(FilterPoint& p, const PointMeasurement& measurement,
   }
   const double r = measurementVariance(measurement.sigma);
   FilterState<double> s = stateOf(p);
-  FilterInnovation<double> nu;
+  FilterInnovation<double> nu{};
   innovate(s, measurement.x, measurement.y, r, nu);
   const bool isConsidered = options.odometryScaleSigma > 0 || options.focalSigma > 0;
   const double nis = !(nu.det > 0)  ? kInfinity
@@ -162,7 +162,7 @@ void correctPoint(FilterPoint& p, const PointMeasurement& measurement,
     case Verdict::use:
       break;
   }
-  FilterGain<double> K;
+  FilterGain<double> K{};
   correctState(s, nu, weighted(r, nis, options), K);
   if (isConsidered) {
     correctSensitivity(p.scale, K, -p.scale[0], -p.scale[1]);

@@ -74,9 +74,9 @@ DEPTHSERVO_INLINE unsigned predictBlock(Block& b, const FilterStep& step) {
   using Vector = typename L::Vector;
   unsigned left = 0;
   for (std::size_t i = 0; i < kPoints; i += kWidth) {
-    detail::FilterState<Vector> before;
+    detail::FilterState<Vector> before{};
     loadState<kWidth>(b, i, before);
-    detail::Prediction<Vector> next;
+    detail::Prediction<Vector> next{};
     detail::predictState(step, before, next);
     if (!L::all((next.q3 > 0) & (next.size < detail::kLargestVariance))) {
       left |= ((1u << kWidth) - 1) << i;
@@ -100,7 +100,7 @@ DEPTHSERVO_INLINE unsigned correctBlock(Block& b, const double* x, const double*
   using Vector = typename L::Vector;
   unsigned left = 0;
   for (std::size_t i = 0; i < kPoints; i += kWidth) {
-    detail::FilterState<Vector> s;
+    detail::FilterState<Vector> s{};
     loadState<kWidth>(b, i, s);
     Vector measured_x, measured_y, sigmas;
     L::load(x + i, measured_x);
@@ -109,7 +109,7 @@ DEPTHSERVO_INLINE unsigned correctBlock(Block& b, const double* x, const double*
     const Vector squared = sigmas * sigmas;
     const Vector r =
         squared > gates.smallestVariance ? squared : squared * 0 + gates.smallestVariance;
-    detail::FilterInnovation<Vector> nu;
+    detail::FilterInnovation<Vector> nu{};
     detail::innovate(s, measured_x, measured_y, r, nu);
     const auto isGood = (nu.det > 0) & (nu.nis >= 0) & (nu.nis <= gates.gate) & (sigmas >= 0);
     if (!L::all(isGood)) {
@@ -122,7 +122,7 @@ DEPTHSERVO_INLINE unsigned correctBlock(Block& b, const double* x, const double*
         if (nu.nis[k] > gates.huber2) weighted[k] *= __builtin_sqrt(nu.nis[k]) / gates.huber;
       }
     }
-    detail::FilterGain<Vector> K;
+    detail::FilterGain<Vector> K{};
     detail::correctState(s, nu, weighted, K);
     storeState<kWidth>(b, i, s);
     L::store(b.r + i, r);

@@ -324,7 +324,7 @@ Vector6d JointDepthFilter::recentAcceleration(const MotionBuffer& odometry, doub
         (stacked(meanTwist(late.motion)) - stacked(meanTwist(early.motion))) / stretch;
     const double scale = 6 / (kStretch[i] * motion.dt * motion.dt * stretch * stretch);
     const double expected[2] = {step.variance_t * scale, step.variance_theta * scale};
-    for (int k = 0; k < 2; ++k) {
+    for (Eigen::Index k = 0; k < 2; ++k) {
       const auto part = a.segment<3>(3 * k);
       if (!isMeasured || !(expected[k] > 0)) {
         acceleration.segment<3>(3 * k) = part;

@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
                                "robot.initial={x: -3.9, y: 9, theta: 0}", "robot.initial"},
                     Overridden{"plate_out_of_view_at_the_goal",
                                "robot.goal={x: -1, y: 5, theta: 0}", "robot.goal"}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& test) { return std::string(test.param.name); });
 
 TEST(BadScenarioFile, that_is_missing_or_binary_or_a_folder_is_refused) {
   const TemporaryFolder folder;
@@ -196,7 +196,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Option{"odometry_noise_incomplete", "--odometry-noise 0.1", "--odometry-noise"},
                     Option{"update_without_baseline", "--update", "--baseline"},
                     Option{"camera_unknown", "--camera nikon", "nikon"}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
 }  // namespace depthservo::test

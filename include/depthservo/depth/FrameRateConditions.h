@@ -15,6 +15,10 @@ struct SampledGains {
   double U0 = 0;        ///< energy at the start, >= 0: U_e(0) for the observer, U(0) else
 };
 
+/// A designed gain meets its frame rate with equality, to rounding: relative slack of
+/// `satisfiedAt`.
+constexpr double kFrameRateRounding = 1e-9;
+
 /// Which norms the proofs use: the paper's, or sharper ones for |I + e| and the rotation's share,
 /// which ask for lower frame rates and prove the same.
 enum class Norms { paper, sharp };
@@ -31,7 +35,7 @@ struct ObserverConditions {
   double required_fps = 0;    ///< the largest of (7), (17a) and (17b)
   double true_limit_fps = 0;  ///< ke/2
 
-  bool satisfiedAt(double fps) const { return fps >= required_fps; }
+  bool satisfiedAt(double fps) const { return fps >= (1 - kFrameRateRounding) * required_fps; }
 };
 
 /// Throws std::invalid_argument for a parameter out of its range.
@@ -47,7 +51,9 @@ struct RegulationConditions {
   double required_fps = 0;     ///< the largest of (23), (28a) and (28b)
   double true_limit_fps = 0;   ///< of the linear loop with a still target
 
-  bool satisfiedAt(double fps) const { return eq23 && fps >= required_fps; }
+  bool satisfiedAt(double fps) const {
+    return eq23 && fps >= (1 - kFrameRateRounding) * required_fps;
+  }
 };
 
 /// Throws std::invalid_argument for a parameter out of its range.

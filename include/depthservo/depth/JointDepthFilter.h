@@ -147,8 +147,8 @@ class JointDepthFilter : public PointSetEstimator {
 
   // Indices of the common states, kNone when not estimated; common_ of them.
   int timeOffset_ = kNone, bias_ = kNone, focal_ = kNone, common_ = 0;
-  int places_ = 0;                       // highest place in use + 1
-  std::array<int, kJointPoints> joint_;  // slot at each place
+  int places_ = 0;                            // highest place in use + 1
+  std::array<int, kJointPoints> joint_ = {};  // slot at each place
   std::array<double, kCommon> values_ = {};
   Square P_ = {};
   Row scale_ = {}, focalSensitivity_ = {};  // d(error of the state) by either considered parameter
