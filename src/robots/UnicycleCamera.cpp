@@ -2,27 +2,17 @@
 
 #include <visp3/core/vpHomogeneousMatrix.h>
 
-#include <algorithm>
 #include <cmath>
+
+#include "robots/forwardCamera.h"
+#include "robots/limits.h"
+#include "robots/planarArc.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
 #endif
 
 namespace depthservo {
-namespace {
-
-/// Factor that brings both values within their limits: 1 or less.
-double commonFactor(const Eigen::Vector2d& values, double limit0, double limit1) {
-  double factor = 1;
-  if (std::abs(values[0]) > limit0) factor = limit0 / std::abs(values[0]);
-  if (std::abs(values[1]) * factor > limit1) factor = limit1 / std::abs(values[1]);
-  return factor;
-}
-
-double sinc(double a) { return std::abs(a) < 1e-4 ? 1 - a * a / 6 : std::sin(a) / a; }
-
-}  // namespace
 
 UnicycleCamera::UnicycleCamera(const Eigen::Vector3d& offset, double yaw)
     : offset_(offset), yaw_(yaw) {
@@ -39,15 +29,10 @@ UnicycleCamera::UnicycleCamera(const Eigen::Vector3d& offset, double yaw)
 }
 
 Eigen::Isometry3d UnicycleCamera::wMcAt(const Pose& pose) const {
-  const double a = pose.theta + yaw_;
-  Eigen::Isometry3d wMc = Eigen::Isometry3d::Identity();
-  wMc.linear() << std::sin(a), 0, std::cos(a),  //
-      -std::cos(a), 0, std::sin(a),             //
-      0, -1, 0;
   const double c = std::cos(pose.theta), s = std::sin(pose.theta);
-  wMc.translation() << pose.x + c * offset_.x() - s * offset_.y(),
-      pose.y + s * offset_.x() + c * offset_.y(), offset_.z();
-  return wMc;
+  const Eigen::Vector3d position(pose.x + c * offset_.x() - s * offset_.y(),
+                                 pose.y + s * offset_.x() + c * offset_.y(), offset_.z());
+  return horizontalCamera(position, pose.theta + yaw_);
 }
 
 Twist UnicycleCamera::cameraTwist(const Eigen::VectorXd& velocity) const {
@@ -58,23 +43,23 @@ Twist UnicycleCamera::cameraTwist(const Eigen::VectorXd& velocity) const {
 }
 
 Eigen::Vector2d UnicycleCamera::limited(const Eigen::Vector2d& command, double dt) const {
-  const Eigen::Vector2d wanted = command * commonFactor(command, limits_.v, limits_.w);
-  const Eigen::Vector2d change = wanted - target_;
-  return target_ + change * commonFactor(change, limits_.dv * dt, limits_.dw * dt);
+  const Eigen::Vector2d largest(limits_.v, limits_.w), quickest(limits_.dv * dt, limits_.dw * dt);
+  const Eigen::Vector2d change = command * commonFactor(command, largest) - target_;
+  return target_ + change * commonFactor(change, quickest);
 }
 
 Eigen::VectorXd UnicycleCamera::drive(const Eigen::VectorXd& command, double dt) {
+  if (!(dt > 0) || !std::isfinite(dt)) return velocity_;
   const bool isUsable = command.size() == 2 && command.allFinite();
   target_ = limited(isUsable ? Eigen::Vector2d(command) : Eigen::Vector2d::Zero(), dt);
   const double follow = lag_s_ > 0 ? -std::expm1(-dt / lag_s_) : 1;
   actuators_ += follow * (target_ - actuators_);
   velocity_ = actuators_ + disturbance_;
-  // Exact arc: the chord of length v dt sinc(w dt / 2) in the mean direction.
-  const double half = 0.5 * velocity_[1] * dt;
-  const double chord = velocity_[0] * dt * sinc(half);
-  pose_.x += chord * std::cos(pose_.theta + half);
-  pose_.y += chord * std::sin(pose_.theta + half);
-  pose_.theta += velocity_[1] * dt;
+  const double turn = velocity_[1] * dt;
+  const Eigen::Vector2d way = planarArc(velocity_[0] * dt, turn, pose_.theta);
+  pose_.x += way.x();
+  pose_.y += way.y();
+  pose_.theta += turn;
   return velocity_;
 }
 

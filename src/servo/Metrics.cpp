@@ -8,6 +8,9 @@
 namespace depthservo {
 namespace {
 
+/// The final image error is that of this last time [s].
+constexpr double kFinal_s = 1;
+
 /// Distance of a pixel to the nearest border of the image [px]; negative outside.
 double borderDistance(const PinholeCamera& camera, double u, double v) {
   return std::min({u + 0.5, v + 0.5, camera.width - 0.5 - u, camera.height - 0.5 - v});
@@ -51,7 +54,8 @@ Metrics computeMetrics(const RunLog& log) {
   metrics.frames = log.frames.size();
   if (log.frames.empty()) return metrics;
   metrics.duration_s = log.frames.back().time_s - log.frames.front().time_s;
-  metrics.final_error_px = log.frames.back().error_px;
+  const double end_s = log.frames.back().time_s;
+  metrics.final_error_px = meanImageError(log, end_s - kFinal_s, end_s);
   metrics.min_border_px = smallestBorderDistance(log);
   metrics.all_in_image = metrics.min_border_px >= 0;
   metrics.coverage_2sigma = coverageWithin2Sigma(log);

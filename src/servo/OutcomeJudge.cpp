@@ -39,33 +39,32 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::atExposure(
   return std::nullopt;
 }
 
-std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const FrameRecord& frame,
+std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const RunLog& log,
                                                                 bool isTracking) {
+  const FrameRecord& frame = log.frames.back();
   if (!isTracking) {
-    recent_.clear();
+    trackingSince_s_ = kUnknown;
     if (std::isnan(lostSince_s_)) lostSince_s_ = frame.time_s;
     if (frame.time_s - lostSince_s_ < kLost_s) return std::nullopt;
-    return Verdict{Outcome::lost, fmt::format("a feature was lost for {:.3g} s", kLost_s)};
+    return Verdict{Outcome::lost, fmt::format("a feature was lost for {:g} s", kLost_s)};
   }
   lostSince_s_ = kUnknown;
-  if (!std::isfinite(frame.error_px)) return std::nullopt;
-
+  if (std::isnan(trackingSince_s_)) trackingSince_s_ = frame.time_s;
   if (std::isnan(firstError_px_)) firstError_px_ = frame.error_px;
   if (frame.error_px > kDivergence * firstError_px_ + kDivergence_px) {
     return Verdict{Outcome::diverged, fmt::format("the image error grew from {:.1f} to {:.1f} px",
                                                   firstError_px_, frame.error_px)};
   }
 
-  recent_.push_back({frame.time_s, frame.error_px, frame.robotPose});
-  while (recent_.front().time_s < frame.time_s - kStall_s - kTimeSlack_s) recent_.pop_front();
-  const double error_px = meanError(frame.time_s - kHold_s, frame.time_s);
-  if (hasSeen(kHold_s) && error_px < tolerance_px_) {
+  const double tracked_s = frame.time_s - trackingSince_s_ + kTimeSlack_s;
+  const double error_px = meanImageError(log, frame.time_s - kHold_s, frame.time_s);
+  if (tracked_s >= kHold_s && error_px < tolerance_px_) {
     return Verdict{Outcome::converged,
                    fmt::format("image error {:.2f} px rms over the last {:g} s, "
                                "tolerance {:g} px",
                                error_px, kHold_s, tolerance_px_)};
   }
-  if (hasSeen(kStall_s) && !hasProgress()) {
+  if (tracked_s >= kStall_s && !hasProgress(log)) {
     return Verdict{Outcome::stalled,
                    fmt::format("no progress for {:g} s with an image error of {:.1f} px rms",
                                kStall_s, error_px)};
@@ -73,26 +72,15 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const FrameRecor
   return std::nullopt;
 }
 
-bool OutcomeJudge::hasSeen(double period_s) const {
-  return recent_.back().time_s - recent_.front().time_s >= period_s - kTimeSlack_s;
-}
-
-double OutcomeJudge::meanError(double from_s, double to_s) const {
-  double sum = 0;
-  int count = 0;
-  for (const Step& step : recent_) {
-    if (step.time_s < from_s - kTimeSlack_s || step.time_s > to_s + kTimeSlack_s) continue;
-    sum += step.error_px;
-    ++count;
-  }
-  return sum / count;
-}
-
-bool OutcomeJudge::hasProgress() const {
-  const Step &first = recent_.front(), &last = recent_.back();
-  const Eigen::Vector3d way = last.robotPose - first.robotPose;
-  const double before = meanError(first.time_s, first.time_s + kMean_s);
-  const double now = meanError(last.time_s - kMean_s, last.time_s);
+bool OutcomeJudge::hasProgress(const RunLog& log) const {
+  const FrameRecord& last = log.frames.back();
+  const double begin_s = last.time_s - kStall_s;
+  const auto first = std::find_if(log.frames.rbegin(), log.frames.rend(), [&](const auto& frame) {
+    return frame.time_s <= begin_s + kTimeSlack_s;
+  });
+  const Eigen::Vector3d way = last.robotPose - first->robotPose;
+  const double before = meanImageError(log, begin_s, begin_s + kMean_s);
+  const double now = meanImageError(log, last.time_s - kMean_s, last.time_s);
   return way.head<2>().norm() > kStallWay_m || std::abs(way.z()) > kStallTurn_rad ||
          now < (1 - kStallGain) * before;
 }

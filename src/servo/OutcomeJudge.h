@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,26 +24,17 @@ class OutcomeJudge {
   /// At exposure: whether the dots are where a camera can see them.
   std::optional<Verdict> atExposure(const std::vector<World::TruePoint>& truth) const;
 
-  /// After the command: progress. \param isTracking false while a feature is lost
-  std::optional<Verdict> afterCommand(const FrameRecord& frame, bool isTracking);
+  /// After the command: progress, from the frames so far. \param isTracking false while a feature
+  /// is lost
+  std::optional<Verdict> afterCommand(const RunLog& log, bool isTracking);
 
  private:
-  /// A frame as far as progress goes.
-  struct Step {
-    double time_s;
-    double error_px;
-    Eigen::Vector3d robotPose;
-  };
-
-  bool hasSeen(double period_s) const;                 // the whole of the last period
-  double meanError(double from_s, double to_s) const;  // [px]
-  bool hasProgress() const;                            // from the first to the last of recent_
+  bool hasProgress(const RunLog& log) const;  // over the last kStall_s
 
   PinholeCamera camera_;
   double tolerance_px_, Z_min_;
-  std::deque<Step> recent_;
   double firstError_px_ = kUnknown;
-  double lostSince_s_ = kUnknown;
+  double trackingSince_s_ = kUnknown, lostSince_s_ = kUnknown;
 };
 
 }  // namespace depthservo

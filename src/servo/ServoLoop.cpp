@@ -205,7 +205,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
         watcher->onFrame(
             {frame, hasImage ? &exposure.image : nullptr, p.log, p.world.odometry(), exposure.wMc});
       }
-      verdict = p.judge.afterCommand(frame, p.isTracking);
+      verdict = p.judge.afterCommand(p.log, p.isTracking);
       if (!frame.command.allFinite()) {
         verdict = {Outcome::diverged, "the control law gave a command that is not finite"};
       }

@@ -132,7 +132,7 @@ std::vector<Eigen::Vector2d> World::pixelErrors() {
   return errors;
 }
 
-void World::expose(vpImage<unsigned char>& image) {
+void World::expose(DEPTHSERVO_VISP vpImage<unsigned char>& image) {
   const Eigen::Isometry3d cMo = robot_.wMc().inverse() * wMo_;
   SyntheticView view;
   view.cMo = cMo;

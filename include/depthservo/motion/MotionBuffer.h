@@ -40,8 +40,8 @@ class MotionBuffer {
   void holdUntil(double time_s) { heldUntil_s_ = time_s; }
 
   struct Interval {
-    Motion motion;      ///< the identity with dt = 0 unless `coverage` is complete
-    Coverage coverage;  ///< complete, or why the motion is not known
+    Motion motion;  ///< the identity with dt = 0 unless `coverage` is complete
+    Coverage coverage = Coverage::empty;  ///< complete, or why the motion is not known
   };
   /// Camera motion from t0 to t1 [s], t0 <= t1. \rtsafe
   Interval motion(double t0_s, double t1_s) const;
@@ -55,7 +55,7 @@ class MotionBuffer {
 
  private:
   struct Row {
-    double time_s;
+    double time_s = 0;
     Twist twist;
   };
   const Row& row(std::size_t i) const { return rows_[(first_ + i) % rows_.size()]; }

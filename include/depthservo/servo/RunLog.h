@@ -72,4 +72,9 @@ struct RunLog {
   std::vector<std::pair<std::string, std::vector<double>>> timings;
 };
 
+/// Image error [px] of the frames from one time to another: the distance of the mean position of
+/// each feature to its goal, rms over the features, so that pixel noise averages out. Unknown
+/// without goals or features.
+double meanImageError(const RunLog& log, double from_s, double to_s);
+
 }  // namespace depthservo
