@@ -34,7 +34,8 @@ std::vector<std::vector<std::string>> rowsOf(const std::string& csv) {
 }
 
 TEST(Metrics, say_what_happened_to_the_example) {
-  const Metrics metrics = computeMetrics(test::exampleLog());
+  const RunLog log = test::exampleLog();
+  const Metrics metrics = computeMetrics(log);
   EXPECT_DOUBLE_EQ(metrics.duration_s, 12);
   EXPECT_EQ(metrics.frames, 361u);
   // The final error is that of the mean positions over the last second.
