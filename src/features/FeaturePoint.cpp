@@ -137,8 +137,7 @@ void FeaturePoint::publish(const DepthEstimate& estimate) {
     set_x(estimate_.x);
     set_y(estimate_.y);
   }
-  Z_written_ = Z_usable_ = servoDepth();
-  set_Z(Z_written_);
+  publishDepth(estimate);
   resetFlags();
 }
 
@@ -159,9 +158,13 @@ void FeaturePoint::setDepth(double depth, double sigma_depth) {
   if (!estimator_ || estimate_.status == DepthStatus::unset) return;
   if (!isUsableDepth(depth) || !(sigma_depth > 0) || !std::isfinite(sigma_depth)) return;
   estimator_->correctDepth({depth, sigma_depth / (depth * depth)});
-  estimate_ = estimator_->estimate();
-  set_Z(servoDepth());
-  Z_written_ = Z_usable_ = get_Z();
+  publishDepth(estimator_->estimate());
+}
+
+void FeaturePoint::publishDepth(const DepthEstimate& estimate) {
+  estimate_ = estimate;
+  Z_written_ = Z_usable_ = servoDepth();
+  set_Z(Z_written_);
 }
 
 void FeaturePoint::setDesiredDepth(double depth) {

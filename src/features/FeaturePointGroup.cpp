@@ -71,7 +71,11 @@ Coverage FeaturePointGroup::observe(const MotionBuffer& odometry, double exposur
 }
 
 void FeaturePointGroup::setDepth(std::size_t i, double Z, double sigma_Z) {
-  estimator_->correctDepth(static_cast<int>(i), {Z, sigma_Z / (Z * Z)});
+  const int id = static_cast<int>(i);
+  const DepthPrior measured{Z, sigma_Z / (Z * Z)};
+  if (features_[i].estimate_.status == DepthStatus::unset || !measured.isUsable()) return;
+  estimator_->correctDepth(id, measured);
+  features_[i].publishDepth(estimator_->estimate(id));
 }
 
 }  // namespace depthservo

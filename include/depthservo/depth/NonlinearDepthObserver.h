@@ -13,11 +13,10 @@ namespace depthservo {
 /// With excitation W [m/s] the depth error obeys s^2 + k s + k_3 W^2 = 0: natural frequency
 /// wn = sqrt(k_3) W, damping k/(2 wn), settled to 2 % after 5.83/wn when critically damped.
 struct ObserverGains {
-  double k = 0;    ///< k_1 = k_2 [1/s], > 0
-  double k_3 = 0;  ///< [1/m^2], >= 0; used when W_min is 0
-  double W_min =
-      0;  ///< [m/s]; > 0 schedules k_3 = wn^2 / max(W^2, W_min^2), so wn does not depend on W
-  double wn = 0;  ///< [rad/s]; with scheduling, the natural frequency to keep
+  double k = 0;      ///< k_1 = k_2 [1/s], > 0
+  double k_3 = 0;    ///< [1/m^2], >= 0; used when W_min is 0
+  double W_min = 0;  ///< [m/s]; > 0 schedules k_3 = wn^2 / max(W^2, W_min^2)
+  double wn = 0;     ///< [rad/s]; with scheduling, the natural frequency to keep
 
   /// Critically damped, settled to 2 % in `settling_s` at an excitation of `W0` [m/s].
   static ObserverGains fromSettlingTime(double settling_s, double W0);
@@ -133,12 +132,11 @@ class NonlinearDepthObserver : public DepthEstimator {
   double rho_ = 1;               // share that is not noise: the least of its motions
   double odometryVariance_ = 0;  // of one image axis
 
-  double W_ = 0;             // excitation over the last motion [m/s]
-  double J_ = 0;             // windowed W^2 [m^2/s]
-  double windowFilled_ = 0;  // fraction of the window seen so far, 0..1
-  double windowedDecay_ =
-      0;                // windowed k_3 W^2 / k: decay exponent of the depth error over the window
-  int rejections_ = 0;  // in a row
+  double W_ = 0;              // excitation over the last motion [m/s]
+  double J_ = 0;              // windowed W^2 [m^2/s]
+  double windowFilled_ = 0;   // fraction of the window seen so far, 0..1
+  double windowedDecay_ = 0;  // windowed k_3 W^2 / k: decay exponent of the depth error
+  int rejections_ = 0;        // in a row
 };
 
 }  // namespace depthservo

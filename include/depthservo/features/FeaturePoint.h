@@ -109,6 +109,7 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
 
   /// Hands an estimate to ViSP and forgets what was set.
   void publish(const DepthEstimate& estimate);
+  void publishDepth(const DepthEstimate& estimate);  // the same, of the depth alone
   double servoDepth() const;
 
   std::unique_ptr<DepthEstimator> estimator_;  // none in a group, which has one for all

@@ -14,8 +14,8 @@ struct PointState {
 
 /// Where a motion takes a point.
 struct Flow {
-  PointState point;  ///< after the motion; the input, unchanged, when `ahead` is false
-  bool ahead = false;  ///< false: the point has passed behind the camera, or the input is not finite
+  PointState point;    ///< after the motion; the input, unchanged, when `ahead` is false
+  bool ahead = false;  ///< false: it has passed behind the camera, or the input is not finite
 };
 
 /// Exact flow of (x, y, chi) under a motion of the camera past a still point: with m = (x, y, 1),

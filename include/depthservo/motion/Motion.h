@@ -20,8 +20,7 @@ struct Motion {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();  ///< [m]
   double dt = 0.0;                              ///< duration [s]
-  double dt2 =
-      0.0;  ///< sum of the squared durations of the odometry rows within [s^2]; scales noise
+  double dt2 = 0.0;  ///< sum of the squared durations of its odometry rows [s^2]; scales noise
 
   /// Motion of a camera that keeps the twist for dt [s]: exact exponential, any angle.
   static Motion fromTwist(const Twist& twist, double dt);

@@ -23,10 +23,9 @@ struct Metrics {
   double duration_s = 0;  ///< from the first frame to the last
   std::size_t frames = 0;
   double final_error_px = kUnknown;  ///< `meanImageError` of the last second
-  double max_gap_s = 0;  ///< longest time a point, once seen, went without a measurement
-  double min_border_px =
-      kUnknown;               ///< smallest distance of a dot's centre to the border; < 0 outside
-  bool all_in_image = false;  ///< every dot was known to be in the image in every frame
+  double max_gap_s = 0;             ///< longest time a point, once seen, went without a measurement
+  double min_border_px = kUnknown;  ///< least distance of a dot's centre to the border; < 0 outside
+  bool all_in_image = false;        ///< every dot was known to be in the image in every frame
   double final_depth_error_max = kUnknown;  ///< greatest relative_error of the points [-]
   /// Share of the estimates (converging or valid, truth known) whose inverse depth is within 2
   /// sigma of the true one [-]; 0.954 for an honest sigma and Gaussian errors.

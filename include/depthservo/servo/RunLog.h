@@ -33,10 +33,9 @@ struct FeatureRecord {
 struct FrameRecord {
   double time_s = 0;
   double error_px =
-      kUnknown;  ///< rms distance of the features to their goals [px]; unknown in a replay
-  Eigen::VectorXd
-      command;  ///< robot velocities asked for, e.g. (v [m/s], w [rad/s]); empty in a replay
-  Eigen::VectorXd applied;  ///< after limits and actuators
+      kUnknown;             ///< rms distance of the features to their goals [px]; not in a replay
+  Eigen::VectorXd command;  ///< robot velocities asked for (v [m/s], w [rad/s]); not in a replay
+  Eigen::VectorXd applied;  ///< the same after limits and actuators
   Twist twist;              ///< of the camera, as measured by odometry
   Eigen::Vector3d robotPose{kUnknown, kUnknown, kUnknown};  ///< x, y [m], theta [rad] in the world
   std::vector<FeatureRecord> features;

@@ -16,13 +16,12 @@
 namespace depthservo {
 
 struct SyntheticCameraOptions {
-  double background =
-      220;                 ///< gray level 0..255; for light dots on a dark plate swap it with `dot`
-  double dot = 20;         ///< gray level 0..255
-  double gray_noise = 0;   ///< standard deviation [gray levels], white; 0 switches it off
-  double exposure_s = 0;   ///< [s]; > 0 blurs by the motion during the exposure
-  double vignetting = 0;   ///< relative loss of light in the farthest corner, 0..1, growing as r^2
-  std::uint64_t seed = 1;  ///< of the gray noise
+  double background = 220;  ///< gray level 0..255; swap with `dot` for light dots on a dark plate
+  double dot = 20;          ///< gray level 0..255
+  double gray_noise = 0;    ///< standard deviation [gray levels], white; 0 switches it off
+  double exposure_s = 0;    ///< [s]; > 0 blurs by the motion during the exposure
+  double vignetting = 0;    ///< relative loss of light in the farthest corner, 0..1, growing as r^2
+  std::uint64_t seed = 1;   ///< of the gray noise
 };
 
 /// A rectangle of pixels in front of everything; parts outside the image are cut off.

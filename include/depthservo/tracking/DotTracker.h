@@ -12,8 +12,8 @@ namespace depthservo {
 enum class DotPolarity { automatic, darkOnLight, lightOnDark };
 
 struct DotTrackerOptions {
-  DotPolarity polarity =
-      DotPolarity::automatic;   ///< automatic: as first seen, then it may not change
+  /// automatic: as first seen, then it may not change
+  DotPolarity polarity = DotPolarity::automatic;
   double least_radius_px = 1;   ///< smallest semi-axis of a dot [px], > 0
   double most_radius_px = 150;  ///< largest, <= 200; a blob beyond is background
   double start_radius_px = 20;  ///< how far a start position may be off the outline of its dot

@@ -27,8 +27,9 @@ class PointTracker {
  public:
   virtual ~PointTracker() = default;
 
-  /// The points found in this image, in order of id; the others are lost or hidden at present. Never throws.
-  /// \param expected where the estimator predicts the points; may be empty or name only some
+  /// The points found in this image, in order of id; the others are lost or hidden at present.
+  /// Never throws. \param expected where the estimator predicts the points; may be empty or name
+  /// only some
   virtual const std::vector<TrackedPoint>& track(
       const DEPTHSERVO_VISP vpImage<unsigned char>& image,
       const std::vector<ExpectedPoint>& expected) = 0;

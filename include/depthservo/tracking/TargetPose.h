@@ -10,8 +10,9 @@
 
 namespace depthservo {
 
-/// Pose of a known plate in the camera, from the dots seen in one image (ViSP's vpPose: linear start, then
-/// virtual visual servoing, which minimises the reprojection error from the previous pose on).
+/// Pose of a known plate in the camera, from the dots seen in one image (ViSP's vpPose: linear
+/// start, then virtual visual servoing, which minimises the reprojection error from the previous
+/// pose on).
 class TargetPose {
  public:
   TargetPose(const DotTarget& target, const PinholeCamera& camera)
@@ -21,8 +22,8 @@ class TargetPose {
     Eigen::Isometry3d cMo;  ///< plate in the camera
     double residual_px;     ///< rms distance of the dots to their reprojections [px]
   };
-  /// Empty with fewer than four dots of the plate, or when no pose with all dots in front of the camera is
-  /// found. Never throws.
+  /// Empty with fewer than four dots of the plate, or when no pose with all dots in front of the
+  /// camera is found. Never throws.
   std::optional<Result> compute(const std::vector<TrackedPoint>& points);
 
  private:
