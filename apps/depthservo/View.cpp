@@ -6,6 +6,7 @@
 #include <visp3/core/vpTime.h>
 #include <visp3/gui/vpDisplayX.h>
 
+#include <cstdlib>
 #include <map>
 
 #include "depthservo/sequence/InputError.h"
@@ -57,7 +58,9 @@ View::View(const Scenario& scenario) : window_(std::make_unique<Window>()) {
   window_->image.resize(static_cast<unsigned>(scenario.camera.height),
                         static_cast<unsigned>(scenario.camera.width), 255);
   window_->period_ms = 1000 / scenario.camera.rate;
+  const char* display = std::getenv("DISPLAY");
   try {
+    if (!display || !*display) throw vpException(vpException::notInitialized, "no DISPLAY");
     window_->display.init(window_->image, 50, 50, "depthservo: " + scenario.name);
   } catch (const vpException&) {
     throw InputError({"--view", 0, ""},

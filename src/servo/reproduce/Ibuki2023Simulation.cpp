@@ -118,8 +118,9 @@ Trace simulate(const Experiment& experiment) {
   camera.fx = camera.fy = experiment.focal_px;
   TargetPose onePose(DotTarget{experiment.points, 0}, camera);
   std::mt19937_64 random(experiment.seed);
-  std::normal_distribution<double> noise(0, experiment.noise_px / experiment.focal_px);
-  const auto drawn = [&] { return experiment.noise_px > 0 ? noise(random) : 0; };
+  std::normal_distribution<double> gaussian;
+  const double sigma = experiment.noise_px / experiment.focal_px;
+  const auto drawn = [&] { return sigma > 0 ? sigma * gaussian(random) : 0; };
 
   Trace trace;
   Eigen::Isometry3d cMo = experiment.cMo;
