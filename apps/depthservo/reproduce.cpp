@@ -14,7 +14,7 @@ namespace {
 
 struct Paper {
   const char* name;
-  std::vector<ReproduceRow> (*reproduce)(const ReproduceOptions&);
+  Reproduction (*reproduce)(const ReproduceOptions&);
 };
 constexpr Paper kPapers[] = {{"durand2010", reproduceDurand2010},
                              {"ibuki2023", reproduceIbuki2023}};
@@ -23,7 +23,7 @@ std::vector<ReproduceRow> rowsOf(const std::string& name, const ReproduceOptions
   std::vector<ReproduceRow> rows;
   for (const Paper& paper : kPapers) {
     if (name != paper.name && name != "all") continue;
-    const auto more = paper.reproduce(options);
+    const auto more = paper.reproduce(options).rows;
     rows.insert(rows.end(), more.begin(), more.end());
   }
   if (rows.empty()) {

@@ -1,34 +1,24 @@
 #include "servo/Plots.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <map>
 #include <string>
 
 #include "servo/RunFiles.h"
+#include "servo/gnuplot.h"
 
 namespace depthservo {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Colour-blind safe (Okabe and Ito 2008): blue, orange, green, vermillion, purple.
-constexpr const char* kPointColours[] = {"#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7"};
-constexpr const char* kEstimateColour = kPointColours[0];
+constexpr const char* kEstimateColour = gnuplot::kColours[0];
 constexpr const char* kBandColour = "#BF0072B2";  // the estimate's, three quarters transparent
 constexpr std::size_t kMostPanels = 8;
 constexpr int kWidth_px = 1200;
-
-const char* pointColour(std::size_t index) {
-  return kPointColours[index % std::size(kPointColours)];
-}
 
 /// One point over the frames that know it; times from the first frame of the log.
 struct Track {
@@ -72,21 +62,6 @@ std::vector<Period> hiddenPeriods(const Track& track) {
   return periods;
 }
 
-/// A number as gnuplot reads it; NaN leaves a gap.
-std::string number(double value) {
-  return std::isfinite(value) ? fmt::format("{:.6g}", value) : "NaN";
-}
-
-/// A named block of rows, one column of numbers each.
-std::string dataBlock(const std::string& name, const std::vector<std::vector<double>>& columns) {
-  std::string block = "$" + name + " << EOD\n";
-  for (std::size_t row = 0; row < columns.front().size(); ++row) {
-    for (const auto& column : columns) block += number(column[row]) + ' ';
-    block += '\n';
-  }
-  return block + "EOD\n";
-}
-
 /// Shades periods and marks events in the plots that follow.
 std::string decorations(const std::vector<Period>& hidden, const RunLog& log) {
   std::string script = "unset object\nunset arrow\n";
@@ -94,10 +69,10 @@ std::string decorations(const std::vector<Period>& hidden, const RunLog& log) {
     script += fmt::format(
         "set object rectangle from {},graph 0 to {},graph 1 behind fillcolor rgb '#E4E4E4' "
         "fillstyle solid noborder\n",
-        number(period.begin_s), number(period.end_s));
+        gnuplot::number(period.begin_s), gnuplot::number(period.end_s));
   }
   for (const Event& event : log.events) {
-    const std::string time_s = number(event.time_s - log.frames.front().time_s);
+    const std::string time_s = gnuplot::number(event.time_s - log.frames.front().time_s);
     script += fmt::format(
         "set arrow from {0},graph 0 to {0},graph 1 nohead linewidth 0.6 linecolor rgb '#808080'\n",
         time_s);
@@ -105,23 +80,13 @@ std::string decorations(const std::vector<Period>& hidden, const RunLog& log) {
   return script;
 }
 
-std::string pageOf(const char* file, int height_px) {
-  return fmt::format(
-      "set terminal pngcairo noenhanced size {},{} font 'DejaVu Sans,11' linewidth 1.4\n"
-      "set output '{}'\n"
-      "set border 3 linecolor rgb '#606060'\nset tics nomirror out scale 0.5 textcolor rgb "
-      "'black'\n"
-      "set grid linetype 1 linewidth 0.4 linecolor rgb '#D8D8D8'\n"
-      "set key top right noautotitle samplen 2 spacing 1.1\n",
-      kWidth_px, height_px, file);
-}
-
 std::string depthScript(const std::map<int, Track>& tracks, const RunLog& log) {
   const std::size_t panels = std::min(tracks.size(), kMostPanels);
   const std::size_t columns = panels > 1 ? 2 : 1, rows = (panels + columns - 1) / columns;
-  std::string script = pageOf("depth.png", static_cast<int>(rows) * (rows == 1 ? 420 : 330));
+  std::string script =
+      gnuplot::page("depth.png", kWidth_px, static_cast<int>(rows) * (rows == 1 ? 420 : 330));
   script += fmt::format("set multiplot layout {},{}\nset xrange [0:{}]\n", rows, columns,
-                        number(log.frames.back().time_s - log.frames.front().time_s));
+                        gnuplot::number(log.frames.back().time_s - log.frames.front().time_s));
   std::size_t panel = 0;
   for (const auto& [id, track] : tracks) {
     if (panel == panels) break;
@@ -129,11 +94,11 @@ std::string depthScript(const std::map<int, Track>& tracks, const RunLog& log) {
     std::vector<double> high = track.high;
     for (double& Z : high) Z = std::min(Z, 2 * limit);
     const std::string block = fmt::format("point{}", panel);
-    script += dataBlock(block, {track.time_s, track.Z, track.low, high, track.Z_true});
+    script += gnuplot::dataBlock(block, {track.time_s, track.Z, track.low, high, track.Z_true});
     script += decorations(hiddenPeriods(track), log);
     const bool isLastRow = panel + columns >= panels;
     script += fmt::format("set xlabel '{}'\nset ylabel 'Z of point {} [m]'\nset yrange [0:{}]\n",
-                          isLastRow ? "time [s]" : "", id, number(limit));
+                          isLastRow ? "time [s]" : "", id, gnuplot::number(limit));
     const bool hasKey = panel == 0;
     script += fmt::format(
         "plot ${0} using 1:3:4 with filledcurves fillcolor rgb '{1}' {4}, "
@@ -164,13 +129,13 @@ std::string errorScript(const std::map<int, Track>& tracks, const RunLog& log) {
     const auto periods = hiddenPeriods(track);
     hidden.insert(hidden.end(), periods.begin(), periods.end());
   }
-  std::string script = pageOf("error.png", hasError && hasTruth ? 660 : 400);
+  std::string script = gnuplot::page("error.png", kWidth_px, hasError && hasTruth ? 660 : 400);
   script += fmt::format("set multiplot layout {},1\nset xrange [0:{}]\nset logscale y\n",
-                        hasError && hasTruth ? 2 : 1, number(time_s.back()));
+                        hasError && hasTruth ? 2 : 1, gnuplot::number(time_s.back()));
   script += "set yrange [*:*]\nset format y '%g'\nset xlabel 'time [s]'\n";
   script += decorations(hidden, log);
   if (hasError) {
-    script += dataBlock("error", {time_s, error_px});
+    script += gnuplot::dataBlock("error", {time_s, error_px});
     script += fmt::format(
         "set ylabel 'image error [px rms]'\n"
         "plot $error using 1:2 with lines linewidth 1.6 linecolor rgb '{}'\n",
@@ -185,10 +150,10 @@ std::string errorScript(const std::map<int, Track>& tracks, const RunLog& log) {
         percent[i] = 100 * std::abs(track.Z[i] - track.Z_true[i]) / track.Z_true[i];
       }
       const std::string block = fmt::format("relative{}", index);
-      script += dataBlock(block, {track.time_s, percent});
+      script += gnuplot::dataBlock(block, {track.time_s, percent});
       plots += fmt::format(
           "{}${} using 1:2 with lines linewidth 1.4 linecolor rgb '{}' title 'point {}'",
-          plots.empty() ? "" : ", ", block, pointColour(index), id);
+          plots.empty() ? "" : ", ", block, gnuplot::colour(index), id);
       ++index;
     }
     script += "set ylabel 'depth error [%]'\nplot " + plots + '\n';
@@ -199,7 +164,7 @@ std::string errorScript(const std::map<int, Track>& tracks, const RunLog& log) {
 std::string imageScript(const std::map<int, Track>& tracks, const RunLog& log) {
   if (tracks.empty() || log.camera.width <= 0 || log.camera.height <= 0) return "";
   const int height_px = kWidth_px * log.camera.height / log.camera.width;
-  std::string script = "reset\n" + pageOf("image.png", height_px);
+  std::string script = "reset\n" + gnuplot::page("image.png", kWidth_px, height_px);
   script += fmt::format(
       "set size ratio -1\nset border 15\nset xrange [-0.5:{}]\nset yrange [{}:-0.5]\n"
       "set xlabel 'u [px]'\nset ylabel 'v [px]'\nset key outside top center horizontal\n",
@@ -214,12 +179,12 @@ std::string imageScript(const std::map<int, Track>& tracks, const RunLog& log) {
       if (track.measured[i] && !endsGap) uHidden[i] = kUnknown;
     }
     const std::string block = fmt::format("path{}", index);
-    script += dataBlock(block, {uSeen, uHidden, track.v});
+    script += gnuplot::dataBlock(block, {uSeen, uHidden, track.v});
     plots += fmt::format(
         "{0}${1} using 1:3 with lines linewidth 1.6 linecolor rgb '{2}' title 'point {3}', "
         "${1} using 2:3 with lines dashtype 3 linewidth 1.6 linecolor rgb '{2}', "
         "${1} using 1:3 every ::0::0 with points pointtype 6 pointsize 1.4 linecolor rgb '{2}'",
-        plots.empty() ? "" : ", ", block, pointColour(index), id);
+        plots.empty() ? "" : ", ", block, gnuplot::colour(index), id);
     ++index;
   }
   if (!log.goals.empty()) {
@@ -228,34 +193,12 @@ std::string imageScript(const std::map<int, Track>& tracks, const RunLog& log) {
       u.push_back(goal.x());
       v.push_back(goal.y());
     }
-    script += dataBlock("goals", {u, v});
+    script += gnuplot::dataBlock("goals", {u, v});
     plots +=
         ", $goals using 1:2 with points pointtype 1 pointsize 1.6 linewidth 1.4 "
         "linecolor rgb 'black' title 'goal'";
   }
   return script + "plot " + plots + "\nunset output\n";
-}
-
-/// Runs gnuplot in a folder on a script of that folder, silently and without the user's settings.
-/// \return whether it was found and succeeded
-bool runGnuplot(const fs::path& folder, const std::string& script) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-  for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
-    posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_WRONLY, 0);
-  }
-  std::string arguments[] = {"gnuplot", "--default-settings", script};
-  char* argv[] = {arguments[0].data(), arguments[1].data(), arguments[2].data(), nullptr};
-  pid_t child = 0;
-  const int failure = posix_spawnp(&child, argv[0], &actions, nullptr, argv, environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failure != 0) return false;
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return false;
-  }
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 }  // namespace
@@ -278,7 +221,7 @@ bool drawPlots(const RunLog& log, const fs::path& folder) {
   writeFile(folder / name, "set encoding utf8\nset datafile missing 'NaN'\n" +
                                depthScript(tracks, log) + errorScript(tracks, log) +
                                imageScript(tracks, log));
-  const bool drawn = runGnuplot(folder, name);
+  const bool drawn = gnuplot::run(folder, name);
   fs::remove(folder / name);
   if (!drawn) {
     for (const char* plot : {"depth.png", "error.png", "image.png"}) fs::remove(folder / plot);

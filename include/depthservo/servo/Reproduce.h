@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/servo/Figure.h"
+
 namespace depthservo {
 
 /// One figure of a paper, theirs against ours.
@@ -23,15 +25,21 @@ struct ReproduceOptions {
   unsigned seed = 1;  ///< of the noise
 };
 
+/// What running a paper's experiments gives.
+struct Reproduction {
+  std::vector<ReproduceRow> rows;
+  std::vector<Figure> figures;
+};
+
 /// Ibuki, Nakano, Shigaki, Hatanaka, "Sampled visual feedback pose estimation and regulation based
 /// on camera frame rates", Advanced Robotics 37, 2023: conditions, gain design, both experiments in
 /// simulation, frame-rate sweep, noise. A few seconds.
-std::vector<ReproduceRow> reproduceIbuki2023(const ReproduceOptions& options = {});
+Reproduction reproduceIbuki2023(const ReproduceOptions& options = {});
 
 /// Durand Petiteville, Courdesses, Cadenat, "A new predictor/corrector pair to estimate the visual
 /// features depth during a vision-based navigation task in an unknown environment", ICINCO 2010:
 /// perfect data, noise, occlusions of 2 s and 13 s, against De Luca's observer; all over 200 seeds,
 /// `full`: 1000. A few seconds, `full`: half a minute.
-std::vector<ReproduceRow> reproduceDurand2010(const ReproduceOptions& options = {});
+Reproduction reproduceDurand2010(const ReproduceOptions& options = {});
 
 }  // namespace depthservo

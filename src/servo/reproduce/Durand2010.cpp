@@ -543,7 +543,7 @@ void printRows(Rows& rows) {
 
 }  // namespace
 
-std::vector<ReproduceRow> reproduceDurand2010(const ReproduceOptions& options) {
+Reproduction reproduceDurand2010(const ReproduceOptions& options) {
   const unsigned seeds = options.full ? 1000 : 200;
   Rows rows("durand2010/");
   printRows(rows);
@@ -566,7 +566,7 @@ std::vector<ReproduceRow> reproduceDurand2010(const ReproduceOptions& options) {
   returnRows(rows, options.seed, seeds);
   longOcclusionRows(rows, options.seed, seeds);
   observerRows(rows, approach);
-  return rows.take();
+  return {rows.take(), {}};
 }
 
 }  // namespace depthservo

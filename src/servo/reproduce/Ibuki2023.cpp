@@ -380,7 +380,7 @@ void addNoise(Rows& rows, const ReproduceOptions& options) {
 
 }  // namespace
 
-std::vector<ReproduceRow> reproduceIbuki2023(const ReproduceOptions& options) {
+Reproduction reproduceIbuki2023(const ReproduceOptions& options) {
   Rows rows("ibuki2023/");
   addConditions(rows);
   addDesign(rows);
@@ -388,7 +388,7 @@ std::vector<ReproduceRow> reproduceIbuki2023(const ReproduceOptions& options) {
   addSweep(rows, options.full);
   addExperimentB(rows);
   addNoise(rows, options);
-  return rows.take();
+  return {rows.take(), {}};
 }
 
 }  // namespace depthservo

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace depthservo::gnuplot {
+
+/// Colour-blind safe (Okabe and Ito 2008): blue, orange, green, vermillion, purple, sky blue.
+constexpr const char* kColours[] = {"#0072B2", "#E69F00", "#009E73",
+                                    "#D55E00", "#CC79A7", "#56B4E9"};
+const char* colour(std::size_t index);  ///< cyclic
+
+/// A number as gnuplot reads it; NaN leaves a gap.
+std::string number(double value);
+
+/// A text in quotes.
+std::string quoted(const std::string& text);
+
+/// A named block of rows, one column of numbers each.
+std::string dataBlock(const std::string& name, const std::vector<std::vector<double>>& columns);
+
+/// Begins a script that draws into a PNG file.
+std::string page(const std::string& file, int width_px, int height_px);
+
+/// Runs gnuplot in a folder on a script of that folder, silently and without the user's settings.
+/// \return whether it was found and succeeded
+bool run(const std::filesystem::path& folder, const std::string& script);
+
+}  // namespace depthservo::gnuplot
