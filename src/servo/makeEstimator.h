@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/depth/PointSetEstimator.h"
@@ -19,5 +20,8 @@ struct EstimatorSetup {
 /// The estimator a user chose, for up to `capacity` points. (`true` is a constant depth that is
 /// told the truth in every frame.)
 std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup, std::size_t capacity);
+
+/// What a joint filter has learnt besides depths; nothing of another estimator.
+std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator);
 
 }  // namespace depthservo
