@@ -8,6 +8,7 @@
 #include <set>
 
 #include "depthservo/tracking/DotTracker.h"
+#include "depthservo/tracking/KnownTargetEstimator.h"
 #include "depthservo/tracking/TargetPose.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
@@ -18,6 +19,9 @@ using namespace VISP_NAMESPACE_NAME;
 
 namespace depthservo {
 namespace {
+
+/// Of a sequence with one image [Hz].
+constexpr double kUsualRate = 30;
 
 [[noreturn]] void refuse(const Sequence& sequence, const std::string& message) {
   throw InputError({sequence.folder(), 0, ""}, message);
@@ -97,8 +101,31 @@ OdometryNoise noiseOf(const ReplayOptions& options) {
                                                              : OdometryNoise();
 }
 
+/// Images per second, by the median of their distances [Hz].
+double frameRate(const Sequence& sequence) {
+  std::vector<double> periods;
+  for (std::size_t k = 1; k < sequence.frames().size(); ++k) {
+    periods.push_back(sequence.frames()[k].time_s - sequence.frames()[k - 1].time_s);
+  }
+  if (periods.empty()) return kUsualRate;
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+  std::nth_element(periods.begin(), middle, periods.end());
+  return 1 / *middle;
+}
+
 EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
-  return {options.depth, noiseOf(options), options.odometryScaleSigma, sequence.target()};
+  EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
+                       sequence.target()};
+  setup.frameRate = frameRate(sequence);
+  setup.sigma = options.pixelNoise_px / sequence.camera().focal_px();
+  if (setup.depth.estimator == EstimatorKind::pose) {
+    if (const auto why = whyNoTarget(setup.target.points)) {
+      refuse(sequence, fmt::format("the estimator 'pose' needs a known target: {}; give "
+                                   "'target: {{type: dots, points: [...]}}' in sequence.yaml",
+                                   *why));
+    }
+  }
+  return setup;
 }
 
 /// One replay under way.
