@@ -10,6 +10,7 @@
 #include "depthservo/tracking/DotTracker.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "depthservo/tracking/TargetPose.h"
+#include "servo/FrameRateMonitor.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
 
@@ -139,6 +140,7 @@ class Replayer {
         motionKind_(chooseMotion(sequence, options.motion)),
         ids_(allIds(sequence, trackerKind_)),
         estimator_(makeEstimator(setupOf(sequence, options), ids_.size())),
+        frameRate_(setupOf(sequence, options)),
         targetPose_(sequence.target(), camera_) {
     DepthPrior prior{options.depth.initial};
     if (options.priorSigma_Z) prior.sigma_chi = *options.priorSigma_Z / (prior.Z * prior.Z);
@@ -157,6 +159,7 @@ class Replayer {
       log_.frames.push_back(frame(k));
       if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(count));
     }
+    log_.frameRate = frameRate_.report();
     return std::move(log_);
   }
 
@@ -170,6 +173,9 @@ class Replayer {
     noteCoverage(source.time_s, coverage);
     const bool isUsed = coverage != Coverage::afterEnd && coverage != Coverage::reversed;
     if (isUsed) correct(points);
+    if (const auto news = frameRate_.watch(*estimator_)) {
+      log_.events.push_back({source.time_s, *news});
+    }
 
     FrameRecord record;
     record.time_s = source.time_s;
@@ -296,6 +302,7 @@ class Replayer {
   ReplayMotion motionKind_;
   std::vector<int> ids_;
   std::unique_ptr<PointSetEstimator> estimator_;
+  FrameRateMonitor frameRate_;
   std::unique_ptr<PointTracker> tracker_;  // none: tracks.csv
   TargetPose targetPose_;
   std::optional<CameraPose> lastPose_;

@@ -191,6 +191,11 @@ std::string htmlEscaped(std::string_view text) {
   return html;
 }
 
+std::string capitalised(std::string sentence) {
+  if (!sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z') sentence[0] -= 'a' - 'A';
+  return sentence;
+}
+
 std::string base64(std::string_view bytes) {
   constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
@@ -304,7 +309,12 @@ std::string filled(std::string_view page,
 std::string reportPage(const fs::path& folder, const Json& run) {
   const auto text = [&](const char* key) { return htmlEscaped(run.at(key).get<std::string>()); };
   const Verdict verdict = verdictOf(run);
-  const std::string command = text("command"), name = text("name"), reason = text("reason"),
+  std::string reason = text("reason");
+  if (run.contains("frame_rate")) {
+    reason += (reason.empty() ? "" : ". ") +
+              htmlEscaped(capitalised(run.at("frame_rate").at("sentence").get<std::string>()));
+  }
+  const std::string command = text("command"), name = text("name"),
                     sentence = htmlEscaped(verdict.sentence), images = imageElements(folder),
                     data = pageData(run, folder);
   const EmbeddedReport& report = embeddedReport();
