@@ -55,6 +55,10 @@ Metrics computeMetrics(const RunLog& log) {
   if (log.frames.empty()) return metrics;
   metrics.duration_s = log.frames.back().time_s - log.frames.front().time_s;
   const double end_s = log.frames.back().time_s;
+  for (std::size_t i = 1; i < log.frames.size(); ++i) {
+    const double gap_s = log.frames[i].time_s - log.frames[i - 1].time_s;
+    metrics.min_frame_rate = std::fmin(metrics.min_frame_rate, 1 / gap_s);
+  }
   metrics.final_error_px = meanImageError(log, end_s - kFinal_s, end_s);
   metrics.min_border_px = smallestBorderDistance(log);
   metrics.all_in_image = metrics.min_border_px >= 0;
@@ -139,6 +143,20 @@ Json toJson(const JointStates& joint, double focal_px) {
   return json;
 }
 
+Json frameRateJson(const FrameRateReport& report) {
+  Json json{{"ke", report.ke},
+            {"kappa", report.kappa},
+            {"kc", nullptr},
+            {"lowest_fps", report.check.fps},
+            {"required_fps", report.check.required_fps},
+            {"true_limit_fps", report.check.true_limit_fps},
+            {"bound", report.check.bound},
+            {"verdict", toString(report.check.verdict)},
+            {"sentence", report.sentence}};
+  if (report.kc) json["kc"] = *report.kc;
+  return json;
+}
+
 }  // namespace
 
 std::string toJson(const RunLog& log) {
@@ -161,6 +179,7 @@ std::string toJson(const RunLog& log) {
   json["reason"] = log.reason;
   json["metrics"] = {{"duration_s", metrics.duration_s},
                      {"frames", metrics.frames},
+                     {"min_frame_rate", metrics.min_frame_rate},
                      {"final_error_px", metrics.final_error_px},
                      {"max_gap_s", metrics.max_gap_s},
                      {"min_border_px", metrics.min_border_px},
@@ -170,6 +189,7 @@ std::string toJson(const RunLog& log) {
   if (log.diagnosis) json["diagnosis"] = toJson(*log.diagnosis);
   if (log.joint) json["joint"] = toJson(*log.joint, log.camera.focal_px());
   json["points"] = std::move(points);
+  if (log.frameRate) json["frame_rate"] = frameRateJson(*log.frameRate);
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 

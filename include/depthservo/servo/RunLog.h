@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "depthservo/depth/ConsistencyMonitor.h"
+#include "depthservo/depth/FrameRateConditions.h"
 #include "depthservo/depth/JointDepthFilter.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
@@ -74,6 +75,14 @@ struct JointStates {
   std::vector<std::string> sentences(double focal_px) const;
 };
 
+/// What the frame rate that was met means for the gain of the estimator `pose`.
+struct FrameRateReport {
+  double ke = 0, kappa = 0;  ///< [1/s], [m/s, rad/s]
+  std::optional<double> kc;  ///< of the coupled law [1/s]
+  FrameRateCheck check;
+  std::string sentence;  ///< the same in words
+};
+
 /// The whole story of a run or a replay, in memory.
 struct RunLog {
   std::string command;        ///< "run" or "replay"
@@ -85,6 +94,7 @@ struct RunLog {
   std::vector<std::string> commandNames;  ///< "v [m/s]", "w [rad/s]"
   std::vector<FrameRecord> frames;
   std::vector<Event> events;
+  std::optional<FrameRateReport> frameRate;  ///< with the estimator `pose` only
 
   bool hasOutcome = false;  ///< a run has one, a replay has not
   Outcome outcome = Outcome::timeout;
