@@ -22,7 +22,8 @@ struct ReplayArguments {
   SequenceOptions source;
   double pixelNoise_px = 0;
   std::vector<double> odometryNoise;
-  std::optional<double> odometryScaleSigma, ke;
+  std::optional<double> odometryScaleSigma, focalSigma, ke;
+  std::vector<std::string> joint;
   bool update = false, json = false;
 };
 
@@ -65,6 +66,25 @@ ReplayMotion motionNamed(const std::string& name) {
   refuse("--motion", fmt::format("'{}' is not known; expected twist, groundtruth or target", name));
 }
 
+/// What the joint filter shall learn besides depths.
+Scenario::Joint jointNamed(const std::vector<std::string>& names) {
+  Scenario::Joint joint{false, false, false};
+  for (const std::string& name : names) {
+    if (name == "time-offset") {
+      joint.time_offset = true;
+    } else if (name == "gyro-bias") {
+      joint.gyro_bias = true;
+    } else if (name == "focal") {
+      joint.focal = true;
+    } else if (name != "none" || names.size() > 1) {
+      refuse("--joint", fmt::format("'{}' is not known; expected time-offset, gyro-bias and focal, "
+                                    "separated by commas, or none",
+                                    name));
+    }
+  }
+  return joint;
+}
+
 ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequence) {
   ReplayOptions options = ReplayOptions::of(sequence);
   options.tracker = trackerNamed(arguments.tracker);
@@ -77,6 +97,13 @@ ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequen
   if (!arguments.estimator.empty()) {
     options.depth.estimator = availableEstimator(arguments.estimator, {"--estimator", 0, ""});
   }
+  if (!arguments.joint.empty()) {
+    if (arguments.estimator.empty()) options.depth.estimator = EstimatorKind::joint;
+    if (options.depth.estimator != EstimatorKind::joint) {
+      refuse("--joint", "is for --estimator joint");
+    }
+    options.depth.joint = jointNamed(arguments.joint);
+  }
   if (options.depth.estimator == EstimatorKind::trueDepth) {
     refuse("--estimator", "'true' is for simulated runs; use constant, or let it be observed");
   }
@@ -88,6 +115,7 @@ ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequen
                                                          : OdometryNoise::white(sigma_v, sigma_w);
   }
   if (arguments.odometryScaleSigma) options.odometryScaleSigma = *arguments.odometryScaleSigma;
+  if (arguments.focalSigma) options.focalSigma = *arguments.focalSigma;
   if (arguments.pixelNoise_px > 0) options.pixelNoise_px = arguments.pixelNoise_px;
   return options;
 }
@@ -185,6 +213,17 @@ void addReplay(CLI::App& app, int& exitCode) {
                    "Relative uncertainty of the translation, 1 sigma; for filter and joint")
       ->type_name("S")
       ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--focal-sigma", a->focalSigma,
+                   "Relative uncertainty of the focal length, 1 sigma; for filter and joint")
+      ->type_name("S")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--joint", a->joint,
+                   "What the joint filter learns besides depths: time-offset,gyro-bias,focal or "
+                   "none; default time-offset")
+      ->type_name("LIST")
+      ->delimiter(',');
   command
       ->add_option("--camera", a->source.camera,
                    "camera_info file, or tum-fr1 | tum-fr2 | tum-fr3 | icl; default: camera.yaml")

@@ -119,6 +119,7 @@ EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
   EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
                        sequence.target()};
   setup.frameRate = frameRate(sequence);
+  setup.focalSigma = options.focalSigma;
   setup.sigma = options.pixelNoise_px / sequence.camera().focal_px();
   if (setup.depth.estimator == EstimatorKind::pose) {
     if (const auto why = whyNoTarget(setup.target.points)) {
@@ -151,7 +152,8 @@ class Replayer {
     if (motionKind_ == ReplayMotion::twist) rows_ = sequence.odometry();
     if (motionKind_ == ReplayMotion::groundtruth) rows_ = odometryFromPoses(sequence.poses());
     odometry_ = MotionBuffer(std::max(rows_.size(), sequence.frames().size()));
-    if (motionKind_ != ReplayMotion::target) {  // else the images would be judged by themselves
+    // A known target may move; a motion seen by the images themselves cannot contradict them.
+    if (options.depth.estimator != EstimatorKind::pose && motionKind_ != ReplayMotion::target) {
       diagnosis_.emplace(ids_.size(), options.odometryNoise.value_or(OdometryNoise()), sigma_,
                          prior, options.depth.range());
     }
@@ -301,11 +303,18 @@ class Replayer {
         {"pixel_noise", options.pixelNoise_px},
         {"odometry_noise", nullptr},
         {"odometry_scale_sigma", options.odometryScaleSigma},
+        {"focal_sigma", options.focalSigma},
         {"Z_min", options.depth.Z_min},
         {"Z_max", options.depth.Z_max}};
     if (options.priorSigma_Z) configuration["prior_sigma_Z"] = *options.priorSigma_Z;
     if (const auto& noise = options.odometryNoise) {
       configuration["odometry_noise"] = {noise->sigma_v, noise->sigma_w};
+    }
+    if (options.depth.estimator == EstimatorKind::joint) {
+      const Scenario::Joint& joint = options.depth.joint;
+      configuration["joint"] = {{"time_offset", joint.time_offset},
+                                {"gyro_bias", joint.gyro_bias},
+                                {"focal", joint.focal}};
     }
     log_.configuration = configuration.dump();
   }
@@ -348,6 +357,10 @@ ReplayOptions ReplayOptions::of(const Sequence& sequence) {
                         : OdometryNoise::white((*noise)[0], (*noise)[1], hints.odometry_mode);
   }
   options.odometryScaleSigma = hints.odometry_scale_sigma.value_or(options.odometryScaleSigma);
+  options.focalSigma = hints.focal_sigma.value_or(options.focalSigma);
+  if (const auto& joint = hints.joint) {
+    options.depth.joint = {joint->time_offset, joint->gyro_bias, joint->focal};
+  }
   options.depth.Z_min = hints.Z_min.value_or(options.depth.Z_min);
   options.depth.Z_max = hints.Z_max.value_or(options.depth.Z_max);
   options.depth.gains.settling = hints.settling.value_or(options.depth.gains.settling);

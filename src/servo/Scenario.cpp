@@ -98,6 +98,8 @@ void describe(Fields& f, Scenario::Camera& camera) {
   f.oneOrMore("rate", camera.rate, Range::above(0, 1000), "Hz", Need::required);
   f.number("jitter", camera.jitter, {0, 0.9}, "");
   f.number("dropped", camera.dropped, {0, 0.9}, "");
+  f.number("focal_error", camera.focal_error, {-0.5, 0.5}, "");
+  f.number("focal_sigma", camera.focal_sigma, {0, 1}, "");
 }
 
 void describe(Fields& f, const char* key, VelocityProfile& profile, const Range& velocity) {
@@ -169,6 +171,7 @@ void describe(Fields& f, Scenario::Sensing& sensing) {
   });
   f.number("outliers", sensing.outliers, {0, 0.5}, "");
   f.number("delay", sensing.delay, {0, 2}, "s");
+  f.number("latency", sensing.latency, {0, 2}, "s");
   f.number("gray_noise", sensing.gray_noise, {0, 100}, "gray levels");
   f.number("exposure", sensing.exposure, {0, 1}, "s");
   f.number("vignetting", sensing.vignetting, {0, 1}, "");
@@ -179,6 +182,7 @@ void describe(Fields& f, Scenario::Odometry& odometry) {
   f.number("scale", odometry.scale, {0.1, 10}, "");
   f.number("scale_sigma", odometry.scale_sigma, {0, 1}, "");
   f.numbers("noise", odometry.noise, {0, 10}, "m/s, rad/s");
+  f.numbers("gyro_bias", odometry.gyro_bias, {-1, 1}, "rad/s");
   f.number("rate", odometry.rate, Range::above(0, 10000), "Hz");
   f.choice<OdometryMode>(
       "mode", odometry.mode,
@@ -197,6 +201,11 @@ void describe(Fields& f, Scenario::Depth& depth) {
     gains.number("W_min", depth.gains.W_min, Range::above(0, 10), "m/s");
     gains.number("k", depth.gains.k, Range::above(0, 1e6), "1/s");
     gains.number("k_3", depth.gains.k_3, {0, 1e12}, "1/m^2");
+  });
+  f.section("joint", Need::optional, [&](Fields& joint) {
+    joint.flag("time_offset", depth.joint.time_offset);
+    joint.flag("gyro_bias", depth.joint.gyro_bias);
+    joint.flag("focal", depth.joint.focal);
   });
   f.section("pose", Need::optional, [&](Fields& pose) {
     pose.number("ke", depth.pose.ke, Range::above(0, 1000), "1/s");

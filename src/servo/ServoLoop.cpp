@@ -63,6 +63,14 @@ ServoGoal goalOf(const Scenario& scenario, const World& world) {
   return goal;
 }
 
+EstimatorSetup setupOf(const Scenario& s) {
+  EstimatorSetup setup{s.depth, s.odometry.declaredNoise(), s.odometry.scale_sigma,
+                       s.target.dots()};
+  setup.sigma = s.sensing.assumedNoise_px() / s.camera.pinhole().focal_px();
+  setup.focalSigma = s.camera.focal_sigma;
+  return setup;
+}
+
 /// Seconds of wall clock since the last call.
 class Stopwatch {
  public:
@@ -81,7 +89,7 @@ class Stopwatch {
 
 /// An image on its way to the controller, with what was true when it was taken.
 struct ServoLoop::Exposure {
-  double time_s;
+  double time_s;                       // as stamped
   vpImage<unsigned char> image;        // source: image
   std::vector<TrackedPoint> measured;  // source: geometry
   std::vector<World::TruePoint> truth;
@@ -95,13 +103,7 @@ struct ServoLoop::Parts {
         clock(s.camera, s.seed),
         world(s),
         odometry(4096, 1 / s.odometry.rate),
-        features(*makeEstimator(
-                     {s.depth, s.odometry.declaredNoise(), s.odometry.scale_sigma, s.target.dots()},
-                     s.target.points.size()),
-                 s.target.points.size()),
-        diagnosis(s.target.points.size(), s.odometry.declaredNoise(),
-                  s.sensing.assumedNoise_px() / camera.focal_px(), {s.depth.initial},
-                  s.depth.range()),
+        features(*makeEstimator(setupOf(s), s.target.points.size()), s.target.points.size()),
         judge(camera, s.control.tolerance, s.depth.Z_min) {}
 
   Scenario scenario;
@@ -117,7 +119,7 @@ struct ServoLoop::Parts {
   MotionBuffer odometry;
 
   FeaturePointGroup features;
-  SelfDiagnosis diagnosis;
+  std::optional<SelfDiagnosis> diagnosis;
   std::vector<PointObservation> observations;
   std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
 
@@ -149,6 +151,10 @@ ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(
     p.features[i].setServoDepth(ServoDepth::observed);
     p.features[i].setNoise(scenario.sensing.assumedNoise_px(), visp);
     p.ids.push_back(static_cast<int>(i));
+  }
+  if (scenario.depth.estimator != EstimatorKind::pose) {  // else the target may move
+    p.diagnosis.emplace(count, scenario.odometry.declaredNoise(), setupOf(scenario).sigma,
+                        DepthPrior{scenario.depth.initial}, scenario.depth.range());
   }
   const ServoGoal goal = goalOf(scenario, p.world);
   p.law = makeControlLaw(scenario, goal, p.features);
@@ -208,7 +214,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
       }
     }
   }
-  p.log.diagnosis = p.diagnosis.result();
+  if (p.diagnosis) p.log.diagnosis = p.diagnosis->result();
   p.log.joint = jointStatesOf(p.features.estimator());
   p.log.hasOutcome = true;
   p.log.outcome = verdict->outcome;
@@ -237,7 +243,8 @@ void ServoLoop::readOdometry() {
 
 void ServoLoop::look(double time_s) {
   Parts& p = *parts_;
-  Exposure exposure{time_s, {}, {}, p.world.truth(), p.world.robot().wMc()};
+  const double stamp_s = fileTime(time_s + p.scenario.sensing.latency);
+  Exposure exposure{stamp_s, {}, {}, p.world.truth(), p.world.robot().wMc()};
   Stopwatch watch;
   if (p.scenario.sensing.source == Scenario::Source::image) {
     p.world.expose(exposure.image);
@@ -276,7 +283,7 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
   p.log.timings[1].second.push_back(watch.lap());
 
   p.observations.clear();
-  const double sigma = p.scenario.sensing.assumedNoise_px() / p.camera.focal_px();
+  const double sigma = setupOf(p.scenario).sigma;
   for (const TrackedPoint& point : points) {
     const Eigen::Vector2d s = p.camera.normalise(point.u, point.v);
     p.observations.push_back({point.id, {s.x(), s.y(), sigma}});
@@ -290,12 +297,14 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
     }
   }
   p.log.timings[2].second.push_back(watch.lap());
-  if (const auto news = p.diagnosis.see(exposure.time_s, p.odometry, p.observations)) {
-    note(exposure.time_s, *news);
+  if (p.diagnosis) {
+    const auto news = p.diagnosis->see(exposure.time_s, p.odometry, p.observations);
+    if (news) note(exposure.time_s, *news);
   }
 
   for (std::size_t i = 0; i < p.features.size(); ++i) {
-    const DepthEstimate estimate = p.diagnosis.honest(estimator.estimate(p.ids[i]));
+    DepthEstimate estimate = estimator.estimate(p.ids[i]);
+    if (p.diagnosis) estimate = p.diagnosis->honest(estimate);
     if (estimate.status == DepthStatus::unset) continue;
     const auto point = std::find_if(points.begin(), points.end(), [&](const TrackedPoint& found) {
       return found.id == p.ids[i];
@@ -305,7 +314,8 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
         isMeasured ? Eigen::Vector2d(point->u, point->v) : p.camera.toPixel(estimate.x, estimate.y);
     const World::TruePoint& truth = exposure.truth[i];
     record.features.push_back({p.ids[i], pixel.x(), pixel.y(), isMeasured, estimate, truth.Z,
-                               truth.u, truth.v, p.diagnosis.framesTo5Percent(estimate)});
+                               truth.u, truth.v,
+                               p.diagnosis ? p.diagnosis->framesTo5Percent(estimate) : kUnknown});
     if (isMeasured != p.wasMeasured[i]) {
       note(exposure.time_s, fmt::format("dot {} {}", i, isMeasured ? "seen again" : "hidden"));
       p.wasMeasured[i] = isMeasured;

@@ -38,7 +38,7 @@ World::World(const Scenario& scenario)
     : scenario_(scenario),
       robot_(makeRobot(scenario.robot, scenario.robot.initial)),
       unicycle_(dynamic_cast<UnicycleCamera*>(robot_.get())),
-      camera_(scenario.camera.pinhole(), scenario.target.dots(), cameraOptions(scenario)),
+      camera_(scenario.camera.truePinhole(), scenario.target.dots(), cameraOptions(scenario)),
       wMo_(scenario.target.pose.isometry()),
       random_(scenario.seed),
       command_(Eigen::VectorXd::Zero(robot_->velocity().size())) {}
@@ -90,6 +90,7 @@ Twist World::twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isom
 void World::addNoise(Twist& twist) {
   const Scenario::Odometry& odometry = scenario_.odometry;
   twist.linear *= odometry.scale;
+  twist.angular += odometry.gyro_bias;
   if (odometry.mode == OdometryMode::measured && !odometry.noise.isZero()) {
     for (double& v : twist.linear) v += odometry.noise[0] * gaussian_(random_);
     for (double& w : twist.angular) w += odometry.noise[1] * gaussian_(random_);

@@ -60,6 +60,7 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
   InverseDepthFilterOptions filter;
   filter.odometry = setup.odometry;
   filter.odometryScaleSigma = setup.odometryScaleSigma;
+  filter.focalSigma = setup.focalSigma;
   switch (setup.depth.estimator) {
     case EstimatorKind::constant:
     case EstimatorKind::trueDepth:
@@ -79,6 +80,9 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
     case EstimatorKind::joint: {
       JointDepthFilterOptions options;
       options.filter = filter;
+      options.estimateTimeOffset = setup.depth.joint.time_offset;
+      options.estimateGyroBias = setup.depth.joint.gyro_bias;
+      options.estimateFocal = setup.depth.joint.focal;
       return std::make_unique<JointDepthFilter>(capacity, options, prior, range);
     }
     case EstimatorKind::pose: {

@@ -43,8 +43,15 @@ struct Scenario {
     std::vector<double> rate = {30};  ///< images per second, taken in turn [Hz]
     double jitter = 0;                ///< greatest change of an interval, as a fraction of it [-]
     double dropped = 0;               ///< probability that an image gets lost [-]
+    double focal_error = 0;           ///< true / given focal length - 1; nobody is told [-]
+    double focal_sigma = 0;           ///< 1 sigma of it told to the estimator [-]
 
+    /// As given, to the estimator and the control law.
     PinholeCamera pinhole() const { return {width, height, fx, fy, cx, cy}; }
+    /// As it really is.
+    PinholeCamera truePinhole() const {
+      return {width, height, fx * (1 + focal_error), fy * (1 + focal_error), cx, cy};
+    }
   };
 
   struct Pose {
@@ -111,6 +118,7 @@ struct Scenario {
     std::vector<Hidden> hidden;
     double outliers = 0;         ///< fraction of measurements that are wrong [-]
     double delay = 0;            ///< age of an image when it arrives [s]
+    double latency = 0;          ///< images are stamped so late; nobody is told [s]
     double gray_noise = 0;       ///< 1 sigma [gray levels]
     double exposure = 0;         ///< motion blur lasts this long [s]
     double vignetting = 0;       ///< fraction of light lost in the corners [-]
@@ -124,7 +132,9 @@ struct Scenario {
     double scale = 1;                                 ///< measured / true linear velocity [-]
     double scale_sigma = 0;                           ///< 1 sigma of it told to the estimator [-]
     Eigen::Vector2d noise = Eigen::Vector2d::Zero();  ///< 1 sigma per row [m/s, rad/s]
-    double rate = 30;                                 ///< rows per second [Hz]
+    /// Added to the angular velocity in the camera frame; nobody is told [rad/s]
+    Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
+    double rate = 30;  ///< rows per second [Hz]
     OdometryMode mode = OdometryMode::measured;
     double ticks = 0;          ///< resolution of the wheel encoders [m]; 0: perfect
     double wheel_base = 0.36;  ///< distance between the wheels [m]
@@ -149,11 +159,17 @@ struct Scenario {
     double kappa = 0.1;        ///< how fast the target may move [m/s, rad/s]
   };
 
+  /// What the joint filter learns besides depths; see JointDepthFilter.
+  struct Joint {
+    bool time_offset = true, gyro_bias = false, focal = false;
+  };
+
   struct Depth {
     EstimatorKind estimator = EstimatorKind::filter;
     double initial = 1;                ///< first guess for every point [m]
     double Z_min = 0.05, Z_max = 100;  ///< [m]
     Gains gains;
+    Joint joint;
     KnownTarget pose;
 
     DepthRange range() const { return {Z_min, Z_max}; }
