@@ -155,7 +155,7 @@ class Replayer {
     // A known target may move; a motion seen by the images themselves cannot contradict them.
     if (options.depth.estimator != EstimatorKind::pose && motionKind_ != ReplayMotion::target) {
       diagnosis_.emplace(ids_.size(), options.odometryNoise.value_or(OdometryNoise()), sigma_,
-                         prior, options.depth.range());
+                         prior, options.depth.range(), jointStatesOf(*estimator_));
     }
     describe(options);
   }

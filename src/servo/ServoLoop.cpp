@@ -154,7 +154,8 @@ ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(
   }
   if (scenario.depth.estimator != EstimatorKind::pose) {  // else the target may move
     p.diagnosis.emplace(count, scenario.odometry.declaredNoise(), setupOf(scenario).sigma,
-                        DepthPrior{scenario.depth.initial}, scenario.depth.range());
+                        DepthPrior{scenario.depth.initial}, scenario.depth.range(),
+                        jointStatesOf(p.features.estimator()));
   }
   const ServoGoal goal = goalOf(scenario, p.world);
   p.law = makeControlLaw(scenario, goal, p.features);
