@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "depthservo/features/TaskFunction.h"
+#include "servo/ExcitingLaw.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -25,11 +26,21 @@ vpServo::vpServoIteractionMatrixType interactionType(Scenario::Interaction inter
   return vpServo::CURRENT;
 }
 
+/// A depth with a greater sigma_chi / chi is in doubt.
+constexpr double kDoubt = 0.5;
+
+/// An image error above this is a long way, as a fraction of the image's width.
+constexpr double kLongWay = 0.1;
+
 /// vpServo on the points.
 class PointLaw : public ControlLaw {
  public:
   PointLaw(const Scenario& scenario, const ServoGoal& goal, FeaturePointGroup& features)
-      : desired_(features.size()) {
+      : features_(features),
+        gain_(scenario.control.gain),
+        gainInDoubt_(gain_ * scenario.control.gain_in_doubt),
+        longWay_(kLongWay * scenario.camera.width / scenario.camera.fx),
+        desired_(features.size()) {
     const PinholeCamera camera = scenario.camera.pinhole();
     for (std::size_t i = 0; i < features.size(); ++i) {
       const Eigen::Vector2d s = camera.normalise(goal.pixels[i].x(), goal.pixels[i].y());
@@ -38,17 +49,34 @@ class PointLaw : public ControlLaw {
     }
     task_.setServo(vpServo::EYEINHAND_L_cVe_eJe);
     task_.setInteractionMatrixType(interactionType(scenario.control.interaction));
-    task_.setLambda(scenario.control.gain);
   }
 
   Eigen::VectorXd command(const ControlInput& now) override {
     task_.set_cVe(now.robot.cVe());
     task_.set_eJe(now.robot.eJe());
+    task_.setLambda(isInDoubt() ? gainInDoubt_ : gain_);
     const vpColVector qdot = task_.computeControlLaw();
     return Eigen::Map<const Eigen::VectorXd>(qdot.data, qdot.getRows());
   }
 
  private:
+  /// A wrong depth does harm where the way is long.
+  bool isInDoubt() const {
+    double worst = 0, squared = 0;
+    for (std::size_t i = 0; i < features_.size(); ++i) {
+      const DepthEstimate& e = features_[i].estimate();
+      worst = std::max(worst, e.sigma_chi / e.chi);
+      const double dx = features_[i].get_x() - desired_[i].get_x();
+      const double dy = features_[i].get_y() - desired_[i].get_y();
+      squared += dx * dx + dy * dy;
+    }
+    const auto n = static_cast<double>(features_.size());
+    return worst > kDoubt && squared > n * longWay_ * longWay_;
+  }
+
+  const FeaturePointGroup& features_;
+  double gain_, gainInDoubt_;
+  double longWay_;  // rms distance of the points from their goals, normalised
   std::vector<vpFeaturePoint> desired_;
   vpServo task_;  // after the desired features: its destructor asks them who deallocates them
 };
@@ -106,10 +134,8 @@ class ProfileLaw : public ControlLaw {
   double halfRow_s_;
 };
 
-}  // namespace
-
-std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const ServoGoal& goal,
-                                           FeaturePointGroup& features) {
+std::unique_ptr<ControlLaw> makePlainLaw(const Scenario& scenario, const ServoGoal& goal,
+                                         FeaturePointGroup& features) {
   switch (scenario.control.law) {
     case Law::vpServo:
       return std::make_unique<PointLaw>(scenario, goal, features);
@@ -123,6 +149,15 @@ std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const Servo
       return std::make_unique<ProfileLaw>(scenario);
   }
   throw std::logic_error("no such law");
+}
+
+}  // namespace
+
+std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const ServoGoal& goal,
+                                           FeaturePointGroup& features) {
+  auto law = makePlainLaw(scenario, goal, features);
+  if (!scenario.control.excite) return law;
+  return std::make_unique<ExcitingLaw>(std::move(law), scenario, features);
 }
 
 }  // namespace depthservo

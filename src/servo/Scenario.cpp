@@ -216,7 +216,14 @@ void describe(Fields& f, Scenario::Depth& depth) {
 void describe(Fields& f, Scenario::Control& control) {
   f.onlyChoice("features", {"points", "moments"});
   f.number("gain", control.gain, Range::above(0, 100), "1/s");
+  f.number("gain_in_doubt", control.gain_in_doubt, Range::above(0, 1), "");
   f.number("tolerance", control.tolerance, Range::above(0, 1000), "px");
+  f.choice<ServoDepth>("depth", control.depth,
+                       {{ServoDepth::observed, "observed"}, {ServoDepth::blended, "blended"}});
+  f.section("excite", control.excite, [](Fields& fields, Scenario::Excite& excite) {
+    fields.number("speed", excite.speed, Range::above(0, 1), "m/s");
+    fields.number("limit", excite.limit, Range::above(0, 1e4), "px");
+  });
   f.choice<Scenario::Interaction>("interaction", control.interaction,
                                   {{Scenario::Interaction::current, "current"},
                                    {Scenario::Interaction::mean, "mean"},

@@ -123,6 +123,7 @@ struct ServoLoop::Parts {
   std::vector<PointObservation> observations;
   std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
 
+  std::string lawState;
   Eigen::VectorXd lastCommand;  // while tracking
   double lastTracked_s = 0;
   bool isTracking = false;
@@ -148,7 +149,7 @@ ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(
 
   for (std::size_t i = 0; i < count; ++i) {
     p.features[i].set_Z(scenario.depth.initial);
-    p.features[i].setServoDepth(ServoDepth::observed);
+    p.features[i].setServoDepth(scenario.control.depth);
     p.features[i].setNoise(scenario.sensing.assumedNoise_px(), visp);
     p.ids.push_back(static_cast<int>(i));
   }
@@ -348,6 +349,7 @@ Eigen::VectorXd ServoLoop::control(FrameRecord& record) {
   Eigen::VectorXd command = Eigen::VectorXd::Constant(p.lastCommand.size(), kUnknown);
   try {
     command = p.law->command({p.world.robot(), p.odometry, p.world.time()});
+    noteState(record.time_s);
   } catch (const vpException& error) {
     note(record.time_s, std::string("no command: ") + error.getMessage());
   }
@@ -355,6 +357,13 @@ Eigen::VectorXd ServoLoop::control(FrameRecord& record) {
   p.lastCommand = command;
   p.log.timings[3].second.push_back(watch.lap());
   return command;
+}
+
+void ServoLoop::noteState(double time_s) {
+  Parts& p = *parts_;
+  const std::string state = p.law->state();
+  if (state != p.lawState) note(time_s, state.empty() ? p.lawState + ": ended" : state);
+  p.lawState = state;
 }
 
 void ServoLoop::keep(const vpImage<unsigned char>& image) {

@@ -8,6 +8,7 @@
 
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/OdometryNoise.h"
+#include "depthservo/features/FeaturePoint.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/RunLog.h"
@@ -177,8 +178,17 @@ struct Scenario {
 
   enum class Interaction { current, mean, desired };
 
+  /// Motion that is added to learn depths; see doc/estimators.md.
+  struct Excite {
+    double speed = 0.05;  ///< of the camera across the line of sight [m/s]
+    double limit = 40;    ///< by which it may move a point in the image [px]
+  };
+
   struct Control {
-    double gain = 0.57;      ///< lambda [1/s]
+    double gain = 0.57;        ///< lambda [1/s]
+    double gain_in_doubt = 1;  ///< factor of it while a depth is vague and the way is long [-]
+    ServoDepth depth = ServoDepth::observed;  ///< what the task is given
+    std::optional<Excite> excite;
     double tolerance = 1.5;  ///< rms image error at which the task is done [px]
     Interaction interaction = Interaction::current;
     Law law = Law::vpServo;

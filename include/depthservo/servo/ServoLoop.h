@@ -60,6 +60,7 @@ class ServoLoop {
   FrameRecord process(const Exposure& exposure);
   void observe(const Exposure& exposure, FrameRecord& record);
   Eigen::VectorXd control(FrameRecord& record);
+  void noteState(double time_s);
   void keep(const DEPTHSERVO_VISP vpImage<unsigned char>& image);
   void note(double time_s, const std::string& what);
 
