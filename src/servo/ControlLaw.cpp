@@ -45,6 +45,7 @@ class PointLaw : public ControlLaw {
     for (std::size_t i = 0; i < features.size(); ++i) {
       const Eigen::Vector2d s = camera.normalise(goal.pixels[i].x(), goal.pixels[i].y());
       desired_[i].buildFrom(s.x(), s.y(), goal.Z[i]);
+      features[i].setDesiredDepth(goal.Z[i]);
       task_.addFeature(features[i], desired_[i]);
     }
     task_.setServo(vpServo::EYEINHAND_L_cVe_eJe);
