@@ -35,6 +35,10 @@ constexpr double kAgreed_s = 0.5;
 /// same effect as half a period when it is measured (averaging two noisy twists helps).
 constexpr double kLeastLatency = 0.6;
 
+/// No camera is calibrated worse than this; motion that hardly shows the focal length, straight
+/// ahead with noisy odometry, fits such values.
+constexpr double kLargestFocal = 0.4;
+
 /// Mean NIS of the measurements that were not rejected, below which the rejected ones are outliers
 /// rather than signs of a wrong model.
 constexpr double kOthersAgree = 2.6;
@@ -298,7 +302,8 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
   const auto consider = [&](Cause cause, int first, int count) {
     const Fit fit = fitted(first, count);
     const bool isTooSmall = cause == Cause::latency && std::abs(fit.size) < kLeastLatency * dt_;
-    if (isTooSmall || fit.evidence < options_.evidence) return;
+    const bool isTooLarge = cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal;
+    if (isTooSmall || isTooLarge || fit.evidence < options_.evidence) return;
     if (fit.explained > best) {
       second = best;
       d.rival = d.cause;

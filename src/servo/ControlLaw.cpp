@@ -2,6 +2,8 @@
 
 #include <visp3/vs/vpServo.h>
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "depthservo/features/TaskFunction.h"
@@ -118,21 +120,24 @@ class TaskLaw : public ControlLaw {
   TaskFunction task_;
 };
 
-/// Given velocities, whatever the image shows; each row of odometry has those of its middle.
+/// Given velocities, whatever the image shows; each row of odometry has those of its middle, also
+/// when an image falls into it.
 class ProfileLaw : public ControlLaw {
  public:
   explicit ProfileLaw(const Scenario& scenario)
-      : profile_(scenario.control.profile), halfRow_s_(0.5 / scenario.odometry.rate) {}
+      : profile_(scenario.control.profile), row_s_(1 / scenario.odometry.rate) {}
 
   Eigen::VectorXd command(const ControlInput& now) override {
-    return velocityAt(profile_, now.time_s + halfRow_s_, now.robot.velocity().size());
+    constexpr double kSlack = 1e-6;  // times are rounded to nanoseconds
+    const double row = std::floor(now.time_s / row_s_ + kSlack);
+    return velocityAt(profile_, (row + 0.5) * row_s_, now.robot.velocity().size());
   }
   std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }
   bool usesFeatures() const override { return false; }
 
  private:
   VelocityProfile profile_;
-  double halfRow_s_;
+  double row_s_;
 };
 
 std::unique_ptr<ControlLaw> makePlainLaw(const Scenario& scenario, const ServoGoal& goal,
