@@ -153,7 +153,8 @@ TEST_F(ScenarioTest, the_effective_configuration_has_every_key) {
   const auto json = nlohmann::json::parse(
       loadWith({"sensing.hidden=[[1, 2]]", "expect.outcome=converged",
                 "target.twist=[{until: 5, v: [0, 0, 0, 0, 0, 0]}]", "control.law=profile",
-                "robot.goal=null", "control.profile=[{until: 5, v: [0.1, 0]}]"})
+                "robot.goal=null", "control.profile=[{until: 5, v: [0.1, 0]}]",
+                "control.excite={speed: 0.1}"})
           .toJson());
   for (const std::string& key : Scenario::keys()) {
     const nlohmann::json* at = &json;
