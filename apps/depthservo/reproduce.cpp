@@ -16,7 +16,8 @@ struct Paper {
   const char* name;
   Reproduction (*reproduce)(const ReproduceOptions&);
 };
-constexpr Paper kPapers[] = {{"durand2010", reproduceDurand2010},
+constexpr Paper kPapers[] = {{"deluca2008", reproduceDeLuca2008},
+                             {"durand2010", reproduceDurand2010},
                              {"ibuki2023", reproduceIbuki2023}};
 
 std::vector<ReproduceRow> rowsOf(const std::string& name, const ReproduceOptions& options) {
@@ -29,7 +30,8 @@ std::vector<ReproduceRow> rowsOf(const std::string& name, const ReproduceOptions
   if (rows.empty()) {
     throw InputError(
         {"reproduce", 0, ""},
-        fmt::format("'{}' is not in this version; use durand2010, ibuki2023 or all", name));
+        fmt::format("'{}' is not in this version; use deluca2008, durand2010, ibuki2023 or all",
+                    name));
   }
   return rows;
 }
@@ -67,7 +69,7 @@ void addReproduce(CLI::App& app, int& exitCode) {
   auto paper = std::make_shared<std::string>();
   auto options = std::make_shared<ReproduceOptions>();
   auto json = std::make_shared<bool>(false);
-  command->add_option("PAPER", *paper, "durand2010 | ibuki2023 | all")->required();
+  command->add_option("PAPER", *paper, "deluca2008 | durand2010 | ibuki2023 | all")->required();
   command->add_flag("--full", options->full, "More seeds and finer searches");
   command->add_flag("--json", *json, "Print the rows as one JSON array on stdout");
   command->callback([=, &exitCode] {

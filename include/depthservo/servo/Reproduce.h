@@ -42,4 +42,8 @@ Reproduction reproduceIbuki2023(const ReproduceOptions& options = {});
 /// `full`: 1000. A few seconds, `full`: half a minute.
 Reproduction reproduceDurand2010(const ReproduceOptions& options = {});
 
+/// De Luca, Oriolo, Robuffo Giordano, "Feature Depth Observation for Image-based Visual Servoing:
+/// Theory and Experiments", IJRR 27(10), 2008: depth in the numerical example and under an arm.
+Reproduction reproduceDeLuca2008(const ReproduceOptions& options = {});
+
 }  // namespace depthservo
