@@ -337,6 +337,8 @@ ReplayOptions ReplayOptions::of(const Sequence& sequence) {
   options.depth.gains.settling = hints.settling.value_or(options.depth.gains.settling);
   options.depth.gains.W_min = hints.W_min.value_or(options.depth.gains.W_min);
   options.depth.gains.k = hints.k;
+  options.depth.pose.ke = hints.ke;
+  options.depth.pose.kappa = hints.kappa.value_or(options.depth.pose.kappa);
   options.depth.gains.k_3 = hints.k_3;
   return options;
 }

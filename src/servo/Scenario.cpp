@@ -47,8 +47,10 @@ const std::vector<Choice<RobotKind>>& robots() {
 }
 
 const std::vector<Choice<Law>>& laws() {
-  static const std::vector<Choice<Law>> all = {
-      {Law::vpServo, "vpServo"}, {Law::task, "task"}, {Law::profile, "profile"}};
+  static const std::vector<Choice<Law>> all = {{Law::vpServo, "vpServo"},
+                                               {Law::task, "task"},
+                                               {Law::profile, "profile"},
+                                               {Law::regulation, "regulation"}};
   return all;
 }
 
@@ -201,6 +203,7 @@ void describe(Fields& f, Scenario::Depth& depth) {
   f.section("pose", Need::optional, [&](Fields& pose) {
     pose.number("ke", depth.pose.ke, Range::above(0, 1000), "1/s");
     pose.number("kappa", depth.pose.kappa, Range::above(0, 100), "m/s, rad/s");
+    pose.flag("guard", depth.pose.guard);
   });
 }
 
@@ -214,6 +217,8 @@ void describe(Fields& f, Scenario::Control& control) {
                                    {Scenario::Interaction::desired, "desired"}});
   f.choice("law", control.law, laws());
   describe(f, "profile", control.profile, {-20, 20});
+  f.number("kc", control.kc, Range::above(0, 1000), "1/s");
+  f.flag("coupled", control.coupled);
   f.rows("desired", control.desired, {-1e5, 1e5}, "px");
 }
 
@@ -616,6 +621,19 @@ void checkRobot(const Scenario& s, const Refuse& refuse) {
   }
   if (s.control.law == Law::task && robot.type == RobotKind::panUnicycle && robot.pan_axis == 0) {
     refuse("robot.pan_axis", "the task law needs a pan axis that is not above the wheel axle");
+  }
+  if (s.control.law == Law::regulation) {
+    if (s.depth.estimator != EstimatorKind::pose) {
+      refuse("control.law",
+             "regulation steers by the pose of the target: needs depth.estimator: pose");
+    }
+    if (!s.robot.goal) refuse("control.law", "regulation needs a desired pose: give robot.goal");
+    if (robot.type != RobotKind::omni && !isFree) {
+      refuse("control.law", "regulation needs a robot.type omni or free");
+    }
+  }
+  if (s.control.coupled && s.control.law != Law::regulation) {
+    refuse("control.coupled", "needs control.law: regulation");
   }
   if ((s.control.law == Law::profile) == s.control.profile.empty()) {
     refuse("control.profile",

@@ -13,6 +13,7 @@
 #include "depthservo/tracking/DotTracker.h"
 #include "servo/CameraClock.h"
 #include "servo/ControlLaw.h"
+#include "servo/FrameRateMonitor.h"
 #include "servo/OutcomeJudge.h"
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
@@ -62,6 +63,21 @@ ServoGoal goalOf(const Scenario& scenario, const World& world) {
   return goal;
 }
 
+EstimatorSetup setupOf(const Scenario& s, const World& world) {
+  EstimatorSetup setup = EstimatorSetup::of(s);
+  if (s.control.coupled) setup.coupledGoal = world.cdMo();
+  return setup;
+}
+
+std::optional<double> coupledGain(const Scenario& s) {
+  return s.control.coupled ? std::optional(s.control.kc) : std::nullopt;
+}
+
+/// When the target stops for good [s].
+double endOfMotion(const Scenario::Target& target) {
+  return target.twist.empty() ? 0 : target.twist.back().until;
+}
+
 /// Seconds of wall clock since the last call.
 class Stopwatch {
  public:
@@ -94,10 +110,8 @@ struct ServoLoop::Parts {
         clock(s.camera, s.seed),
         world(s),
         odometry(4096, 1 / s.odometry.rate),
-        features(*makeEstimator(
-                     {s.depth, s.odometry.declaredNoise(), s.odometry.scale_sigma, s.target.dots()},
-                     s.target.points.size()),
-                 s.target.points.size()),
+        features(*makeEstimator(setupOf(s, world), s.target.points.size()), s.target.points.size()),
+        frameRate(setupOf(s, world), coupledGain(s)),
         judge(camera, s.control.tolerance, s.depth.Z_min) {}
 
   Scenario scenario;
@@ -113,6 +127,7 @@ struct ServoLoop::Parts {
   MotionBuffer odometry;
 
   FeaturePointGroup features;
+  FrameRateMonitor frameRate;
   std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
 
   Eigen::VectorXd lastCommand;  // while tracking
@@ -197,6 +212,8 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
             {frame, hasImage ? &exposure.image : nullptr, p.log, p.world.odometry(), exposure.wMc});
       }
       if (p.law->usesFeatures()) verdict = p.judge.afterCommand(p.log, p.isTracking);
+      const bool isOver = p.world.time() >= endOfMotion(scenario.target);
+      if (verdict && verdict->outcome != Outcome::lost && !isOver) verdict.reset();
       if (!frame.command.allFinite()) {
         verdict = {Outcome::diverged, "the control law gave a command that is not finite"};
       }
@@ -205,6 +222,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
   p.log.hasOutcome = true;
   p.log.outcome = verdict->outcome;
   p.log.reason = verdict->reason;
+  p.log.frameRate = p.frameRate.report();
   return std::move(p.log);
 }
 
@@ -279,6 +297,7 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
     }
   }
   p.log.timings[2].second.push_back(watch.lap());
+  if (const auto news = p.frameRate.watch(estimator)) note(exposure.time_s, *news);
 
   for (std::size_t i = 0; i < p.features.size(); ++i) {
     const DepthEstimate estimate = estimator.estimate(p.ids[i]);

@@ -42,6 +42,15 @@ double depthNoiseOfOneImage(const std::vector<Eigen::Vector3d>& points, double d
 
 }  // namespace
 
+EstimatorSetup EstimatorSetup::of(const Scenario& s) {
+  EstimatorSetup setup{s.depth, s.odometry.declaredNoise(), s.odometry.scale_sigma,
+                       s.target.dots()};
+  setup.frameRate = s.camera.slowest();
+  setup.sigma = s.sensing.assumedNoise_px() / s.camera.pinhole().focal_px();
+  setup.couplingStep_s = 1 / s.odometry.rate;
+  return setup;
+}
+
 double observerGain(const EstimatorSetup& setup) {
   const Scenario::KnownTarget& pose = setup.depth.pose;
   if (pose.ke) return *pose.ke;
@@ -84,6 +93,10 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
     case EstimatorKind::pose: {
       VisualMotionObserverOptions options;
       options.ke = observerGain(setup);
+      using LostFrames = VisualMotionObserverOptions::LostFrames;
+      options.lostFrames = setup.depth.pose.guard ? LostFrames::guarded : LostFrames::unguarded;
+      options.coupledGoal = setup.coupledGoal;
+      options.couplingStep_s = setup.couplingStep_s;
       return std::make_unique<KnownTargetEstimator>(setup.target.points, options, range);
     }
   }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/depth/PointSetEstimator.h"
@@ -16,10 +18,16 @@ struct EstimatorSetup {
   DotTarget target;               ///< for `pose`
   double frameRate = 30;          ///< images per second [Hz]; for the gain of `pose`
   double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
+
+  std::optional<Eigen::Isometry3d> coupledGoal = {};  ///< of the coupled regulation with `pose`
+  double couplingStep_s = 0.005;                      ///< its odometry step [s]
+
+  /// Of a scenario, but for the coupled goal, which takes a world.
+  static EstimatorSetup of(const Scenario& scenario);
 };
 
-/// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at this
-/// frame rate, for the target as seen from the front at the first guess of its distance.
+/// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at
+/// this frame rate, for the target as seen from the front at the first guess of its distance.
 double observerGain(const EstimatorSetup& setup);
 
 /// The estimator a user chose, for up to `capacity` points. (`true` is a constant depth that is

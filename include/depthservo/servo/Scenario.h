@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,8 +28,8 @@ EstimatorKind availableEstimator(const std::string& name, const InputError::Plac
 /// Robots that carry the camera: unicycle | pan-unicycle | omni | free.
 enum class RobotKind { unicycle, panUnicycle, omni, free };
 
-/// What computes the command: vpServo | task | profile.
-enum class Law { vpServo, task, profile };
+/// What computes the command: vpServo | task | profile | regulation.
+enum class Law { vpServo, task, profile, regulation };
 
 /// Everything a closed-loop run needs. A member is the YAML key of the same name, with its default;
 /// units, ranges and effects of all keys stand in doc/formats.md.
@@ -45,6 +46,9 @@ struct Scenario {
     double dropped = 0;               ///< probability that an image gets lost [-]
 
     PinholeCamera pinhole() const { return {width, height, fx, fy, cx, cy}; }
+
+    /// Images per second over the longest interval, if none is dropped [Hz].
+    double slowest() const { return *std::min_element(rate.begin(), rate.end()) / (1 + jitter); }
   };
 
   struct Pose {
@@ -147,6 +151,7 @@ struct Scenario {
   struct KnownTarget {
     std::optional<double> ke;  ///< gain [1/s]; none: designed for the frame rate and `kappa`
     double kappa = 0.1;        ///< how fast the target may move [m/s, rad/s]
+    bool guard = true;         ///< end the correction by an image once it is complete
   };
 
   struct Depth {
@@ -167,6 +172,8 @@ struct Scenario {
     Interaction interaction = Interaction::current;
     Law law = Law::vpServo;
     VelocityProfile profile;               ///< of the robot, for the law of this name
+    double kc = 1;                         ///< gain of the law regulation [1/s]
+    bool coupled = false;                  ///< regulation: the coupled law of Ibuki et al. 2023
     std::vector<Eigen::Vector2d> desired;  ///< desired pixels (u, v); empty: seen from robot.goal
   };
 
