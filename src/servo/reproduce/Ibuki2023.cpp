@@ -343,6 +343,8 @@ void addRendered(Rows& rows, const ReproduceOptions& options) {
            "m, rad", .02);
   rows.addTruth("images/B/end", "|e| at 40 s below 0.002" + what, exact.before(40) < .002).note =
       "|e| at 40 s " + text(exact.before(40));
+  rows.add("images/B/seen", "share of the images in which all dots were measured" + what, 1,
+           static_cast<double>(exact.framesWithAllPoints) / exact.framesTaken, "", .01);
   struct Expected {
     double ke, still_mm, moving_mm;
   };

@@ -43,7 +43,7 @@ struct Experiment {
 
   double noise_px = 0;  ///< of the points, per axis; images only
   PinholeCamera camera{640, 480, 800, 800, 319.5, 239.5};
-  double dotRadius = 0.004;  ///< [m]; rendered images only
+  double dotRadius = 0.002;  ///< [m]; rendered images only; larger ones merge as the target turns
   unsigned seed = 1;
   bool comparesPose = false;  ///< whether each image's own pose (vpPose) is computed as well
 };
