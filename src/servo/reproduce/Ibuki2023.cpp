@@ -206,13 +206,6 @@ void addSimulationA(Rows& rows) {
   }
 }
 
-Experiment sweepAt(double fps, Law law) {
-  Experiment experiment = simulationA(fps);
-  experiment.law = law;
-  experiment.substeps = std::max(5, static_cast<int>(std::lround(300 / fps)));
-  return experiment;
-}
-
 Trace stillAt(double fps, Law law) {
   Experiment experiment = sweepAt(fps, law);
   experiment.targetTwist = [](double) { return Twist{}; };
@@ -445,7 +438,7 @@ Reproduction reproduceIbuki2023(const ReproduceOptions& options) {
   addExperimentB(rows);
   addNoise(rows, options);
   addRendered(rows, options);
-  return {rows.take(), {}};
+  return {rows.take(), figures(options)};
 }
 
 }  // namespace depthservo

@@ -7,6 +7,7 @@
 #include "depthservo/depth/PoseRegulation.h"
 #include "depthservo/depth/VisualMotionObserver.h"
 #include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/servo/Reproduce.h"
 
 /// The closed loops of Ibuki et al. 2023, section 7, as pure simulations: camera and target on
 /// SE(3), exact in every sub-step.
@@ -101,5 +102,11 @@ Experiment experimentB();
 /// The same, seen by a camera. That of simulation A must be wide: the target swings to 70 degrees
 /// off the axis.
 Experiment rendered(Experiment experiment);
+
+/// A frame rate of the sweep, at odometry steps of at most 1/300 s.
+Experiment sweepAt(double fps, Law law);
+
+/// The paper's figures and what goes with them.
+std::vector<Figure> figures(const ReproduceOptions& options);
 
 }  // namespace depthservo::ibuki2023

@@ -289,4 +289,11 @@ Experiment experimentB() {
   return b;
 }
 
+Experiment sweepAt(double fps, Law law) {
+  Experiment experiment = simulationA(fps);
+  experiment.law = law;
+  experiment.substeps = std::max(5, static_cast<int>(std::lround(300 / fps)));
+  return experiment;
+}
+
 }  // namespace depthservo::ibuki2023
