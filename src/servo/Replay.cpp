@@ -97,9 +97,13 @@ OdometryNoise noiseOf(const ReplayOptions& options) {
                                                              : OdometryNoise();
 }
 
+}  // namespace
+
 EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
   return {options.depth, noiseOf(options), options.odometryScaleSigma, sequence.target()};
 }
+
+namespace {
 
 /// One replay under way.
 class Replayer {
@@ -171,8 +175,13 @@ class Replayer {
       return row.time_s < time_s || odometry_.motion(time_s, time_s).coverage == Coverage::afterEnd;
     };
     for (; rowsRead_ < rows_.size() && isNeeded(rows_[rowsRead_]); ++rowsRead_) {
-      odometry_.push(rows_[rowsRead_].time_s, rows_[rowsRead_].twist);
+      addOdometry(rows_[rowsRead_]);
     }
+  }
+
+  void addOdometry(const OdometryRow& row) {
+    odometry_.push(row.time_s, row.twist);
+    log_.odometry.push_back(row);
   }
 
   std::vector<TrackedPoint> track(std::size_t k) {
@@ -203,7 +212,7 @@ class Replayer {
     const CameraPose now{time_s, pose->cMo.inverse()};
     if (lastPose_) {
       const double dt = now.time_s - lastPose_->time_s;
-      odometry_.push(lastPose_->time_s, Motion::fromPoses(lastPose_->wMc, now.wMc, dt).twist());
+      addOdometry({lastPose_->time_s, Motion::fromPoses(lastPose_->wMc, now.wMc, dt).twist()});
       odometry_.holdUntil(now.time_s);
     }
     lastPose_ = now;

@@ -94,10 +94,7 @@ struct ServoLoop::Parts {
         clock(s.camera, s.seed),
         world(s),
         odometry(4096, 1 / s.odometry.rate),
-        features(*makeEstimator(
-                     {s.depth, s.odometry.declaredNoise(), s.odometry.scale_sigma, s.target.dots()},
-                     s.target.points.size()),
-                 s.target.points.size()),
+        features(*makeEstimator(setupOf(s), s.target.points.size()), s.target.points.size()),
         judge(camera, s.control.tolerance, s.depth.Z_min) {}
 
   Scenario scenario;

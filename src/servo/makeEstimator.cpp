@@ -18,6 +18,11 @@ constexpr double kWindowSpacing_s = 0.1;
 
 }  // namespace
 
+EstimatorSetup setupOf(const Scenario& scenario) {
+  return {scenario.depth, scenario.odometry.declaredNoise(), scenario.odometry.scale_sigma,
+          scenario.target.dots()};
+}
+
 std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
                                                  std::size_t capacity) {
   const DepthRange range = setup.depth.range();
@@ -40,8 +45,11 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
       options.odometry = setup.odometry;
       return pointwise(NonlinearDepthObserver(options, range));
     }
-    case EstimatorKind::window:
-      return pointwise(WindowDepthEstimator({}, range));
+    case EstimatorKind::window: {
+      WindowOptions options;
+      options.spacing_s = kWindowSpacing_s;
+      return pointwise(WindowDepthEstimator(options, range));
+    }
     case EstimatorKind::filter:
       return pointwise(InverseDepthFilter(filter, range));
     case EstimatorKind::joint: {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "depthservo/depth/DepthEstimate.h"
+#include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
 
@@ -58,6 +59,7 @@ struct RunLog {
   std::vector<std::string> commandNames;  ///< "v [m/s]", "w [rad/s]"
   std::vector<FrameRecord> frames;
   std::vector<Event> events;
+  std::vector<OdometryRow> odometry;  ///< as the estimator was told; of a replay
 
   bool hasOutcome = false;  ///< a run has one, a replay has not
   Outcome outcome = Outcome::timeout;
