@@ -9,6 +9,7 @@
 #include <set>
 
 #include "depthservo/depth/CramerRaoBound.h"
+#include "depthservo/tracking/KnownTargetEstimator.h"
 #include "servo/Html.h"
 #include "servo/NewFolder.h"
 #include "servo/RunFiles.h"
@@ -413,6 +414,13 @@ void refuseTruth(const CompareOptions& options) {
   }
 }
 
+void requireTarget(const Scenario& scenario) {
+  if (const auto why = whyNoTarget(scenario.target.points)) {
+    throw InputError({scenario.file, 0, "target.points"},
+                     fmt::format("the estimator 'pose' needs a known target: {}", *why));
+  }
+}
+
 Json numberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 Json shownOf(const std::vector<double>& values, const std::vector<std::size_t>& shown) {
@@ -449,7 +457,8 @@ std::string csvOf(const Comparison& comparison) {
 
 std::string percent(double share) {
   if (!std::isfinite(share)) return "&ndash;";
-  return fmt::format("{:.3g} %", 100 * share);
+  return 100 * share < 1000 ? fmt::format("{:.3g} %", 100 * share)
+                            : fmt::format("{:.0f} %", 100 * share);
 }
 
 /// One row of the page's table; the limit has no sigma of its own.
@@ -572,7 +581,8 @@ Comparison compare(const Scenario& scenario, const CompareOptions& options, RunW
   measured.setup = [&](EstimatorKind kind) {
     Scenario other = scenario;
     other.depth.estimator = kind;
-    return setupOf(other);
+    if (kind == EstimatorKind::pose) requireTarget(scenario);
+    return EstimatorSetup::of(other);
   };
   readLog(log, measured);
   for (std::size_t k = 0; k < measured.frames.size(); ++k) {

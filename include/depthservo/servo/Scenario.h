@@ -143,11 +143,18 @@ struct Scenario {
     ObserverGains observer() const;
   };
 
+  /// Of the estimator `pose`.
+  struct KnownTarget {
+    std::optional<double> ke;  ///< gain [1/s]; none: designed for the frame rate and `kappa`
+    double kappa = 0.1;        ///< how fast the target may move [m/s, rad/s]
+  };
+
   struct Depth {
     EstimatorKind estimator = EstimatorKind::filter;
     double initial = 1;                ///< first guess for every point [m]
     double Z_min = 0.05, Z_max = 100;  ///< [m]
     Gains gains;
+    KnownTarget pose;
 
     DepthRange range() const { return {Z_min, Z_max}; }
   };
@@ -158,6 +165,10 @@ struct Scenario {
     double gain = 0.57;      ///< lambda [1/s]
     double tolerance = 1.5;  ///< rms image error at which the task is done [px]
     Interaction interaction = Interaction::current;
+    /// Image sigma predicted for a hidden point at which the robot has been slowed down to a stop;
+    /// it goes at full speed up to half of it [px].
+    double hidden_sigma = 20;
+    double hidden_wait = 10;  ///< it stands still for want of points for at most this long [s]
     Law law = Law::vpServo;
     VelocityProfile profile;               ///< of the robot, for the law of this name
     std::vector<Eigen::Vector2d> desired;  ///< desired pixels (u, v); empty: seen from robot.goal
