@@ -113,6 +113,7 @@ double frameRate(const Sequence& sequence) {
   std::nth_element(periods.begin(), middle, periods.end());
   return 1 / *middle;
 }
+}  // namespace
 
 EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
   EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
@@ -128,6 +129,8 @@ EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
   }
   return setup;
 }
+
+namespace {
 
 /// One replay under way.
 class Replayer {
@@ -204,8 +207,13 @@ class Replayer {
       return row.time_s < time_s || odometry_.motion(time_s, time_s).coverage == Coverage::afterEnd;
     };
     for (; rowsRead_ < rows_.size() && isNeeded(rows_[rowsRead_]); ++rowsRead_) {
-      odometry_.push(rows_[rowsRead_].time_s, rows_[rowsRead_].twist);
+      addOdometry(rows_[rowsRead_]);
     }
+  }
+
+  void addOdometry(const OdometryRow& row) {
+    odometry_.push(row.time_s, row.twist);
+    log_.odometry.push_back(row);
   }
 
   std::vector<TrackedPoint> track(std::size_t k) {
@@ -236,7 +244,7 @@ class Replayer {
     const CameraPose now{time_s, pose->cMo.inverse()};
     if (lastPose_) {
       const double dt = now.time_s - lastPose_->time_s;
-      odometry_.push(lastPose_->time_s, Motion::fromPoses(lastPose_->wMc, now.wMc, dt).twist());
+      addOdometry({lastPose_->time_s, Motion::fromPoses(lastPose_->wMc, now.wMc, dt).twist()});
       odometry_.holdUntil(now.time_s);
     }
     lastPose_ = now;

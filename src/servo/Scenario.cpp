@@ -215,6 +215,8 @@ void describe(Fields& f, Scenario::Control& control) {
                                   {{Scenario::Interaction::current, "current"},
                                    {Scenario::Interaction::mean, "mean"},
                                    {Scenario::Interaction::desired, "desired"}});
+  f.number("hidden_sigma", control.hidden_sigma, Range::above(0, 1e5), "px");
+  f.number("hidden_wait", control.hidden_wait, {0, 3600}, "s");
   f.choice("law", control.law, laws());
   describe(f, "profile", control.profile, {-20, 20});
   f.number("kc", control.kc, Range::above(0, 1000), "1/s");

@@ -26,7 +26,7 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
-/// After losing the points the command fades out within this time [s].
+/// The command fades from full speed to a stop, or back, within this time [s].
 constexpr double kRamp_s = 0.5;
 
 /// Sigma of a depth that is told [m]: as good as exact.
@@ -112,7 +112,7 @@ struct ServoLoop::Parts {
         odometry(4096, 1 / s.odometry.rate),
         features(*makeEstimator(setupOf(s, world), s.target.points.size()), s.target.points.size()),
         frameRate(setupOf(s, world), coupledGain(s)),
-        judge(camera, s.control.tolerance, s.depth.Z_min) {}
+        judge(s) {}
 
   Scenario scenario;
   PinholeCamera camera;
@@ -130,9 +130,10 @@ struct ServoLoop::Parts {
   FrameRateMonitor frameRate;
   std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
 
-  Eigen::VectorXd lastCommand;  // while tracking
-  double lastTracked_s = 0;
-  bool isTracking = false;
+  Eigen::VectorXd lastCommand;  // while tracking, at full speed
+  double lastControl_s = kUnknown;
+  double speed = 1;  // share of the command that is given
+  OutcomeJudge::Basis basis = OutcomeJudge::Basis::nothing;
   std::vector<bool> wasMeasured;
   OutcomeJudge judge;
   RunLog log;
@@ -198,7 +199,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
       drive(next);
       if (!p.clock.isDropped()) look(next);
       p.clock.advance();
-      verdict = p.judge.atExposure(p.world.truth());
+      verdict = p.judge.atExposure(next, p.world.truth());
     } else {
       drive(fileTime(arrival));
       const Exposure exposure = std::move(p.underway.front());
@@ -211,7 +212,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
         watcher->onFrame(
             {frame, hasImage ? &exposure.image : nullptr, p.log, p.world.odometry(), exposure.wMc});
       }
-      if (p.law->usesFeatures()) verdict = p.judge.afterCommand(p.log, p.isTracking);
+      if (p.law->usesFeatures()) verdict = p.judge.afterCommand(p.log, p.basis);
       const bool isOver = p.world.time() >= endOfMotion(scenario.target);
       if (verdict && verdict->outcome != Outcome::lost && !isOver) verdict.reset();
       if (!frame.command.allFinite()) {
@@ -230,7 +231,8 @@ void ServoLoop::drive(double until_s) {
   Parts& p = *parts_;
   p.world.advanceTo(until_s, [&] {
     if (p.log.frames.empty() && p.law->usesFeatures()) return;  // nothing is known yet
-    if (!p.isTracking && p.law->usesFeatures()) return;         // the command fades out
+    const bool isSteered = p.basis == OutcomeJudge::Basis::features && p.speed == 1;
+    if (!isSteered && p.law->usesFeatures()) return;  // the command fades
     readOdometry();
     const auto command = p.law->between({p.world.robot(), p.odometry, p.world.time()});
     if (command) p.world.setCommand(*command);
@@ -321,23 +323,17 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
 Eigen::VectorXd ServoLoop::control(FrameRecord& record) {
   Parts& p = *parts_;
   Stopwatch watch;
-  const bool wasTracking = p.isTracking;
-  p.isTracking = true;
-  double squared_px = 0;
-  for (std::size_t i = 0; i < p.features.size(); ++i) {
-    const DepthStatus status = p.features[i].estimate().status;
-    if (status == DepthStatus::unset || status == DepthStatus::lost) p.isTracking = false;
-    if (p.log.goals.empty()) continue;
-    const Eigen::Vector2d pixel = p.camera.toPixel(p.features[i].get_x(), p.features[i].get_y());
-    squared_px += (pixel - p.log.goals[i]).squaredNorm();
+  const double wanted = p.law->usesFeatures() ? wantedSpeed() : 1;
+  setBasis(record.time_s, wanted);
+  const double elapsed_s = std::isnan(p.lastControl_s) ? 0 : record.time_s - p.lastControl_s;
+  p.lastControl_s = record.time_s;
+  p.speed = std::clamp(wanted, p.speed - elapsed_s / kRamp_s, p.speed + elapsed_s / kRamp_s);
+  if (p.basis == OutcomeJudge::Basis::nothing && p.law->usesFeatures()) {
+    return p.lastCommand * p.speed;
   }
-  if (!p.isTracking && p.law->usesFeatures()) {
-    if (wasTracking) note(record.time_s, "lost: the command fades out");
-    const double fade = 1 - (record.time_s - p.lastTracked_s) / kRamp_s;
-    return p.lastCommand * std::max(0.0, fade);
-  }
-  if (!p.log.goals.empty() && p.isTracking) {
-    record.error_px = std::sqrt(squared_px / static_cast<double>(p.features.size()));
+
+  if (!p.log.goals.empty() && p.basis != OutcomeJudge::Basis::nothing) {
+    record.error_px = imageError();
   }
   Eigen::VectorXd command = Eigen::VectorXd::Constant(p.lastCommand.size(), kUnknown);
   try {
@@ -345,10 +341,48 @@ Eigen::VectorXd ServoLoop::control(FrameRecord& record) {
   } catch (const vpException& error) {
     note(record.time_s, std::string("no command: ") + error.getMessage());
   }
-  p.lastTracked_s = record.time_s;
   p.lastCommand = command;
   p.log.timings[3].second.push_back(watch.lap());
-  return command;
+  return command * p.speed;
+}
+
+double ServoLoop::wantedSpeed() const {
+  const Parts& p = *parts_;
+  double sigma_px = 0;
+  for (std::size_t i = 0; i < p.features.size(); ++i) {
+    const DepthEstimate& estimate = p.features[i].estimate();
+    if (estimate.status == DepthStatus::unset || estimate.status == DepthStatus::lost) return 0;
+    if (!p.wasMeasured[i]) {
+      sigma_px = std::max(sigma_px, estimate.sigma_xy * p.camera.focal_px());
+    }
+  }
+  return std::clamp(2 - 2 * sigma_px / p.scenario.control.hidden_sigma, 0.0, 1.0);
+}
+
+void ServoLoop::setBasis(double time_s, double wanted) {
+  using Basis = OutcomeJudge::Basis;
+  Parts& p = *parts_;
+  const Basis before = p.basis;
+  const bool isLost = std::any_of(p.ids.begin(), p.ids.end(), [&](int id) {
+    const DepthStatus status = p.features[static_cast<std::size_t>(id)].estimate().status;
+    return status == DepthStatus::unset || status == DepthStatus::lost;
+  });
+  p.basis = isLost ? Basis::nothing : wanted == 0 ? Basis::waiting : Basis::features;
+  if (p.basis == before || !p.law->usesFeatures() || p.log.frames.empty()) return;
+  note(time_s, p.basis == Basis::nothing   ? "lost: the command fades out"
+               : p.basis == Basis::waiting ? "hidden points are predicted too vaguely: the robot "
+                                             "waits"
+                                           : "the servo goes on");
+}
+
+double ServoLoop::imageError() const {
+  const Parts& p = *parts_;
+  double squared_px = 0;
+  for (std::size_t i = 0; i < p.features.size(); ++i) {
+    const Eigen::Vector2d pixel = p.camera.toPixel(p.features[i].get_x(), p.features[i].get_y());
+    squared_px += (pixel - p.log.goals[i]).squaredNorm();
+  }
+  return std::sqrt(squared_px / static_cast<double>(p.features.size()));
 }
 
 void ServoLoop::keep(const vpImage<unsigned char>& image) {

@@ -1,5 +1,6 @@
 #include "servo/makeEstimator.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -81,8 +82,11 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
       options.odometry = setup.odometry;
       return pointwise(NonlinearDepthObserver(options, range));
     }
-    case EstimatorKind::window:
-      return pointwise(WindowDepthEstimator({}, range));
+    case EstimatorKind::window: {
+      WindowOptions options;
+      options.spacing_s = kWindowSpacing_s;
+      return pointwise(WindowDepthEstimator(options, range));
+    }
     case EstimatorKind::filter:
       return pointwise(InverseDepthFilter(filter, range));
     case EstimatorKind::joint: {

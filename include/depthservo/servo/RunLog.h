@@ -9,6 +9,7 @@
 
 #include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/depth/FrameRateConditions.h"
+#include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
 
@@ -68,6 +69,7 @@ struct RunLog {
   std::vector<std::string> commandNames;  ///< "v [m/s]", "w [rad/s]"
   std::vector<FrameRecord> frames;
   std::vector<Event> events;
+  std::vector<OdometryRow> odometry;         ///< as the estimator was told; of a replay
   std::optional<FrameRateReport> frameRate;  ///< with the estimator `pose` only
 
   bool hasOutcome = false;  ///< a run has one, a replay has not

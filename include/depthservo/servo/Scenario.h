@@ -170,6 +170,10 @@ struct Scenario {
     double gain = 0.57;      ///< lambda [1/s]
     double tolerance = 1.5;  ///< rms image error at which the task is done [px]
     Interaction interaction = Interaction::current;
+    /// Image sigma predicted for a hidden point at which the robot has been slowed down to a stop;
+    /// it goes at full speed up to half of it [px].
+    double hidden_sigma = 20;
+    double hidden_wait = 10;  ///< it stands still for want of points for at most this long [s]
     Law law = Law::vpServo;
     VelocityProfile profile;               ///< of the robot, for the law of this name
     double kc = 1;                         ///< gain of the law regulation [1/s]
