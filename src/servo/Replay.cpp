@@ -11,6 +11,7 @@
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "depthservo/tracking/TargetPose.h"
 #include "servo/FrameRateMonitor.h"
+#include "servo/SelfDiagnosis.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
 
@@ -153,6 +154,10 @@ class Replayer {
     if (motionKind_ == ReplayMotion::twist) rows_ = sequence.odometry();
     if (motionKind_ == ReplayMotion::groundtruth) rows_ = odometryFromPoses(sequence.poses());
     odometry_ = MotionBuffer(std::max(rows_.size(), sequence.frames().size()));
+    if (motionKind_ != ReplayMotion::target) {  // else the images would be judged by themselves
+      diagnosis_.emplace(ids_.size(), options.odometryNoise.value_or(OdometryNoise()), sigma_,
+                         prior, options.depth.range());
+    }
     describe(options);
   }
 
@@ -162,6 +167,8 @@ class Replayer {
       log_.frames.push_back(frame(k));
       if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(count));
     }
+    if (diagnosis_) log_.diagnosis = diagnosis_->result();
+    log_.joint = jointStatesOf(*estimator_);
     log_.frameRate = frameRate_.report();
     return std::move(log_);
   }
@@ -175,7 +182,7 @@ class Replayer {
     const Coverage coverage = estimator_->advance(odometry_, source.time_s);
     noteCoverage(source.time_s, coverage);
     const bool isUsed = coverage != Coverage::afterEnd && coverage != Coverage::reversed;
-    if (isUsed) correct(points);
+    if (isUsed) correct(source.time_s, points);
     if (const auto news = frameRate_.watch(*estimator_)) {
       log_.events.push_back({source.time_s, *news});
     }
@@ -185,6 +192,7 @@ class Replayer {
     for (const int id : ids_) {
       DepthEstimate estimate = estimator_->estimate(id);
       if (estimate.status == DepthStatus::unset) continue;
+      if (diagnosis_) estimate = diagnosis_->honest(estimate);
       if (!isUsed) estimate.status = std::min(estimate.status, DepthStatus::coasting);
       const auto point = std::find_if(points.begin(), points.end(),
                                       [id](const TrackedPoint& p) { return p.id == id; });
@@ -193,6 +201,9 @@ class Replayer {
                                                : camera_.toPixel(estimate.x, estimate.y);
       record.features.push_back(
           {id, pixel.x(), pixel.y(), isMeasured, estimate, trueDepth(source, id, pose)});
+      if (diagnosis_) {
+        record.features.back().frames_to_5pct = diagnosis_->framesTo5Percent(estimate);
+      }
     }
     const auto [motion, known] = odometry_.motion(lastTime_s_, source.time_s);
     if (known == Coverage::complete) record.twist = motion.twist();
@@ -251,13 +262,17 @@ class Replayer {
     return pose;
   }
 
-  void correct(const std::vector<TrackedPoint>& points) {
+  void correct(double time_s, const std::vector<TrackedPoint>& points) {
     observations_.clear();
     for (const TrackedPoint& point : points) {
       const Eigen::Vector2d s = camera_.normalise(point.u, point.v);
       observations_.push_back({point.id, {s.x(), s.y(), sigma_}});
     }
     estimator_->correct(observations_);
+    if (!diagnosis_) return;
+    if (const auto news = diagnosis_->see(time_s, odometry_, observations_)) {
+      log_.events.push_back({time_s, *news});
+    }
   }
 
   double trueDepth(const SequenceFrame& source, int id,
@@ -318,6 +333,7 @@ class Replayer {
   std::size_t rowsRead_ = 0;
   MotionBuffer odometry_;
   std::vector<PointObservation> observations_;
+  std::optional<SelfDiagnosis> diagnosis_;
   Coverage coverage_ = Coverage::complete;
   double lastTime_s_ = kUnknown;
   RunLog log_;

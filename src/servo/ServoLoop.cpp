@@ -15,6 +15,7 @@
 #include "servo/ControlLaw.h"
 #include "servo/FrameRateMonitor.h"
 #include "servo/OutcomeJudge.h"
+#include "servo/SelfDiagnosis.h"
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
@@ -112,6 +113,9 @@ struct ServoLoop::Parts {
         odometry(4096, 1 / s.odometry.rate),
         features(*makeEstimator(setupOf(s, world), s.target.points.size()), s.target.points.size()),
         frameRate(setupOf(s, world), coupledGain(s)),
+        diagnosis(s.target.points.size(), s.odometry.declaredNoise(),
+                  s.sensing.assumedNoise_px() / camera.focal_px(), {s.depth.initial},
+                  s.depth.range()),
         judge(s) {}
 
   Scenario scenario;
@@ -128,6 +132,8 @@ struct ServoLoop::Parts {
 
   FeaturePointGroup features;
   FrameRateMonitor frameRate;
+  SelfDiagnosis diagnosis;
+  std::vector<PointObservation> observations;
   std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
 
   Eigen::VectorXd lastCommand;  // while tracking, at full speed
@@ -220,6 +226,8 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
       }
     }
   }
+  p.log.diagnosis = p.diagnosis.result();
+  p.log.joint = jointStatesOf(p.features.estimator());
   p.log.hasOutcome = true;
   p.log.outcome = verdict->outcome;
   p.log.reason = verdict->reason;
@@ -287,8 +295,11 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
                 : exposure.measured;
   p.log.timings[1].second.push_back(watch.lap());
 
+  p.observations.clear();
+  const double sigma = p.scenario.sensing.assumedNoise_px() / p.camera.focal_px();
   for (const TrackedPoint& point : points) {
     const Eigen::Vector2d s = p.camera.normalise(point.u, point.v);
+    p.observations.push_back({point.id, {s.x(), s.y(), sigma}});
     p.features[static_cast<std::size_t>(point.id)].set_x(s.x());
     p.features[static_cast<std::size_t>(point.id)].set_y(s.y());
   }
@@ -300,9 +311,12 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
   }
   p.log.timings[2].second.push_back(watch.lap());
   if (const auto news = p.frameRate.watch(estimator)) note(exposure.time_s, *news);
+  if (const auto news = p.diagnosis.see(exposure.time_s, p.odometry, p.observations)) {
+    note(exposure.time_s, *news);
+  }
 
   for (std::size_t i = 0; i < p.features.size(); ++i) {
-    const DepthEstimate estimate = estimator.estimate(p.ids[i]);
+    const DepthEstimate estimate = p.diagnosis.honest(estimator.estimate(p.ids[i]));
     if (estimate.status == DepthStatus::unset) continue;
     const auto point = std::find_if(points.begin(), points.end(), [&](const TrackedPoint& found) {
       return found.id == p.ids[i];
@@ -311,8 +325,8 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
     const Eigen::Vector2d pixel =
         isMeasured ? Eigen::Vector2d(point->u, point->v) : p.camera.toPixel(estimate.x, estimate.y);
     const World::TruePoint& truth = exposure.truth[i];
-    record.features.push_back(
-        {p.ids[i], pixel.x(), pixel.y(), isMeasured, estimate, truth.Z, truth.u, truth.v});
+    record.features.push_back({p.ids[i], pixel.x(), pixel.y(), isMeasured, estimate, truth.Z,
+                               truth.u, truth.v, p.diagnosis.framesTo5Percent(estimate)});
     if (isMeasured != p.wasMeasured[i]) {
       note(exposure.time_s, fmt::format("dot {} {}", i, isMeasured ? "seen again" : "hidden"));
       p.wasMeasured[i] = isMeasured;

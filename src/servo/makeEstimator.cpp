@@ -107,4 +107,12 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
   throw std::logic_error("not an estimator");
 }
 
+std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator) {
+  const auto* joint = dynamic_cast<const JointDepthFilter*>(&estimator);
+  if (!joint) return std::nullopt;
+  return JointStates{joint->timeOffset(),
+                     {joint->gyroBias(0), joint->gyroBias(1), joint->gyroBias(2)},
+                     joint->focal()};
+}
+
 }  // namespace depthservo

@@ -38,4 +38,7 @@ double observerGain(const EstimatorSetup& setup);
 /// told the truth in every frame.)
 std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup, std::size_t capacity);
 
+/// What a joint filter has learnt besides depths; nothing of another estimator.
+std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator);
+
 }  // namespace depthservo
