@@ -11,6 +11,9 @@ namespace {
 /// wn times the settling time to 2 % of s^2 + 2 wn s + wn^2.
 constexpr double kSettling = 5.83;
 
+/// Natural frequency of 1/lambda over that of lambda: an error of 1/lambda holds up that of lambda.
+constexpr double kInverseFaster = 3;
+
 /// What the product of lambda and 1/lambda may differ from 1 in a valid estimate.
 constexpr double kConsistent = 0.1;
 
@@ -42,8 +45,9 @@ double matched(double k, double wn2, double Dt) {
 
 FocalGains FocalGains::fromSettlingTime(double settling_s, double turnRate, double radius_px) {
   const double wn2 = square(kSettling / settling_s);
-  return {2 * std::sqrt(wn2), wn2 / square(turnRate),
-          wn2 / square(radius_px * radius_px * turnRate)};
+  // Root mean square of |c| for axes in all directions.
+  const double c = radius_px * radius_px * turnRate / std::sqrt(2.0);
+  return {2 * std::sqrt(wn2), wn2 / square(turnRate), square(kInverseFaster) * wn2 / square(c)};
 }
 
 FocalLengthObserver::FocalLengthObserver(const Options& options) : options_(options) {}
@@ -162,6 +166,11 @@ void FocalLengthObserver::correct(const CentredPixel& measured) {
   if (!(covariance_.diagonal().sum() < kBeyondSense)) restart(measured);
 }
 
+double FocalLengthObserver::informationOnFocal() const {
+  const double own = gramian_(0, 0), shared = gramian_(0, 1), inverse = gramian_(1, 1);
+  return inverse > 0 ? std::max(0.0, own - shared * (shared / inverse)) : own;
+}
+
 FocalEstimate FocalLengthObserver::estimate() const {
   FocalEstimate e;
   if (phase_ == Phase::unset) return e;
@@ -175,10 +184,9 @@ FocalEstimate FocalLengthObserver::estimate() const {
   e.eta1 = eta1_;
   e.eta2 = eta2_;
   e.sigma_min = Eigenvalues(gramian_).low;
-  const Eigen::Vector2d D(std::sqrt(options_.gains.k_3), std::sqrt(options_.gains.k_4));
-  const double decay = Eigenvalues(D.asDiagonal() * gramian_ * D.asDiagonal()).low;
   const double seen_s = options_.window_s * windowFilled_;
-  e.decayRate = seen_s > 0 ? decay / (options_.gains.k * seen_s) : 0;
+  e.decayRate =
+      seen_s > 0 ? options_.gains.k_3 * informationOnFocal() / (options_.gains.k * seen_s) : 0;
   const bool isSure = e.focal_px > 0 && e.sigma_focal_px < kValidRelativeSigma * e.focal_px &&
                       std::abs(e.consistency() - 1) < kConsistent;
   switch (phase_) {

@@ -71,7 +71,7 @@ struct FocalEstimate {
   double sigma_focal_px = 0;  ///< 1 sigma under the image noise; without that of a translation
   double eta1 = 0, eta2 = 0;  ///< y1 wx + y2 wy and y2 wx - y1 wy over the last motion [px rad/s]
   double sigma_min = 0;       ///< least singular value of the windowed integral of Omega Omega^T
-  double decayRate = 0;       ///< of the slowest error, at the pace of the last window [1/s]
+  double decayRate = 0;       ///< of the error of lambda, at the pace of the last window [1/s]
   DepthStatus status = DepthStatus::unset;
 
   /// lambda times 1/lambda, which are estimated independently: 1 when both are right.
@@ -136,6 +136,9 @@ class FocalLengthObserver {
   Prediction predicted() const;
   Eigen::Matrix4d predictedCovariance(const Eigen::Matrix2d& B) const;
   void restart(const CentredPixel& measured);
+
+  /// Windowed information on lambda with 1/lambda unknown [rad^2/s].
+  double informationOnFocal() const;
 
   Options options_;
   Phase phase_ = Phase::unset;
