@@ -61,13 +61,23 @@ void FocalLengthObserver::reset(const CentredPixel& measured, double focal_px) {
   restart(measured);
 }
 
-/// At a measurement, with the focal length at hand.
+/// With the focal length at hand, but without trust in it.
 void FocalLengthObserver::restart(const CentredPixel& measured) {
-  y_ = {measured.y1, measured.y2};
-  const double r = square(measured.sigma);
   covariance_ =
-      Eigen::Vector4d(r, r, square(options_.sigma_focal_px), square(options_.sigma_inverseFocal))
+      Eigen::Vector4d(0, 0, square(options_.sigma_focal_px), square(options_.sigma_inverseFocal))
           .asDiagonal();
+  startFrom(measured);
+}
+
+void FocalLengthObserver::resume(const CentredPixel& measured) {
+  if (phase_ != Phase::unset && measured.isUsable()) startFrom(measured);
+}
+
+void FocalLengthObserver::startFrom(const CentredPixel& measured) {
+  y_ = {measured.y1, measured.y2};
+  covariance_.topRows<2>().setZero();
+  covariance_.leftCols<2>().setZero();
+  covariance_(0, 0) = covariance_(1, 1) = square(measured.sigma);
   R_.setIdentity();
   elapsed_s_ = 0;
   rejections_ = 0;
@@ -122,7 +132,7 @@ void FocalLengthObserver::correct(const CentredPixel& measured) {
     if (phase_ != Phase::gone) phase_ = Phase::rejected;
     return;
   }
-  if (phase_ == Phase::gone) return restart(measured);
+  if (phase_ == Phase::gone) return startFrom(measured);
   const Prediction now = predicted();
   const Eigen::Matrix4d P = predictedCovariance(now.B);
   const double r = square(measured.sigma);

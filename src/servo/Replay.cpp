@@ -11,6 +11,7 @@
 #include "depthservo/tracking/TargetPose.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
+#include "servo/unexcited.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -309,7 +310,9 @@ ReplayOptions ReplayOptions::of(const Sequence& sequence) {
 
 RunLog replay(const Sequence& sequence, const ReplayOptions& options,
               const std::function<void(double)>& progress) {
-  return Replayer(sequence, options).run(progress);
+  RunLog log = Replayer(sequence, options).run(progress);
+  addUnexcitedEvents(log);
+  return log;
 }
 
 }  // namespace depthservo

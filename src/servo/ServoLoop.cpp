@@ -17,6 +17,7 @@
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
+#include "servo/unexcited.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -205,6 +206,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
   p.log.hasOutcome = true;
   p.log.outcome = verdict->outcome;
   p.log.reason = verdict->reason;
+  addUnexcitedEvents(p.log);
   return std::move(p.log);
 }
 

@@ -122,6 +122,10 @@ class FocalLengthObserver {
   /// Corrects with the image taken now; refers to all motion since the last `correct`. \rtsafe
   void correct(const CentredPixel& measured);
 
+  /// Instead of `correct`, when the motion since the last one is not known: goes on from this
+  /// measurement with the focal length at hand. \rtsafe
+  void resume(const CentredPixel& measured);
+
   FocalEstimate estimate() const;  ///< \rtsafe
 
  private:
@@ -136,6 +140,7 @@ class FocalLengthObserver {
   Prediction predicted() const;
   Eigen::Matrix4d predictedCovariance(const Eigen::Matrix2d& B) const;
   void restart(const CentredPixel& measured);
+  void startFrom(const CentredPixel& measured);
 
   /// Windowed information on lambda with 1/lambda unknown [rad^2/s].
   double informationOnFocal() const;

@@ -16,6 +16,8 @@ struct PointMetrics {
   double relative_error = kUnknown;         ///< |Z - Z_true| / Z_true [-]
   DepthStatus status = DepthStatus::unset;
   std::size_t measured_frames = 0, hidden_frames = 0;
+  double unexcited_s = 0;         ///< time in which the camera's motion told nothing of it
+  std::string unexcited_because;  ///< of the last second or more of that; empty: none so long
 };
 
 /// The figures of a run or a replay. Whatever the log cannot tell is kUnknown.
