@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "depth/poleMatched.h"
+
 namespace depthservo {
 namespace {
 
@@ -38,17 +40,7 @@ void NonlinearDepthObserver::PoleMatchedGains::match(double k, double squaredFre
   Dt = duration_s;
   wn2 = squaredFrequency;
   point = -std::expm1(-k * Dt);
-  const double half = 0.5 * k;
-  const double D = half * half - wn2;
-  if (D >= 0) {  // written so that nothing cancels when wn2 is small
-    const double fast = half + std::sqrt(D);
-    const double slow = wn2 / fast;
-    chi = std::expm1(-fast * Dt) * std::expm1(-slow * Dt);
-  } else {
-    const double oneMinus = -std::expm1(-half * Dt);
-    const double s = std::sin(0.5 * std::sqrt(-D) * Dt);
-    chi = oneMinus * oneMinus + 4 * (1 - oneMinus) * s * s;
-  }
+  chi = poleMatchedGain(k, wn2, Dt);
 }
 
 double NonlinearDepthObserver::WindowShare::of(double duration_s, double window_s) {

@@ -14,6 +14,7 @@
 #include "servo/SelfDiagnosis.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
+#include "servo/unexcited.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -369,7 +370,9 @@ ReplayOptions ReplayOptions::of(const Sequence& sequence) {
 
 RunLog replay(const Sequence& sequence, const ReplayOptions& options,
               const std::function<void(double)>& progress) {
-  return Replayer(sequence, options).run(progress);
+  RunLog log = Replayer(sequence, options).run(progress);
+  addUnexcitedEvents(log);
+  return log;
 }
 
 }  // namespace depthservo

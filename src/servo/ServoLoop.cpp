@@ -19,6 +19,7 @@
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
+#include "servo/unexcited.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -232,6 +233,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
   p.log.outcome = verdict->outcome;
   p.log.reason = verdict->reason;
   p.log.frameRate = p.frameRate.report();
+  addUnexcitedEvents(p.log);
   return std::move(p.log);
 }
 
