@@ -12,4 +12,8 @@ namespace depthservo::deluca2008 {
 /// Section 5.1: depth of a point in the numerical example and under an arm.
 void addDepthExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
 
+/// Sections 7.2 and 7.3: a unicycle drives to where it sees four points, or their moments, as
+/// desired, from wrong guesses of their depth. `full`: all starts through images too.
+void addServoExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
+
 }  // namespace depthservo::deluca2008
