@@ -25,5 +25,8 @@ inline Panel axes(const std::string& title, const std::string& xLabel, const std
   panel.yLabel = yLabel;
   return panel;
 }
+/// Sections 7.2 and 7.3: a unicycle drives to where it sees four points, or their moments, as
+/// desired, from wrong guesses of their depth. `full`: all starts through images too.
+void addServoExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
 
 }  // namespace depthservo::deluca2008
