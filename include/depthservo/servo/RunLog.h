@@ -47,6 +47,15 @@ struct Event {
   std::string what;  ///< "point 2 hidden"
 };
 
+/// What the observed depths of an AprilTag's corners say of its size.
+struct TagRecord {
+  int id = 0;
+  double size = kUnknown;           ///< as given [m]
+  double observed_size = kUnknown;  ///< as observed at the end [m]
+  double sigma = kUnknown;          ///< 1 sigma of that [m]
+  bool disagrees = false;           ///< both sizes were apart by more than both sigmas
+};
+
 /// The whole story of a run or a replay, in memory.
 struct RunLog {
   std::string command;        ///< "run" or "replay"
@@ -58,6 +67,8 @@ struct RunLog {
   std::vector<std::string> commandNames;  ///< "v [m/s]", "w [rad/s]"
   std::vector<FrameRecord> frames;
   std::vector<Event> events;
+
+  std::vector<TagRecord> tags;  ///< by index in the target; empty without tags
 
   bool hasOutcome = false;  ///< a run has one, a replay has not
   Outcome outcome = Outcome::timeout;
