@@ -172,6 +172,7 @@ SyntheticCamera::SyntheticCamera(const PinholeCamera& camera, const DotTarget& t
   const auto isGray = [](double gray) { return gray >= 0 && gray <= 255; };
   require(camera.width > 0 && camera.height > 0, "the image has no size");
   require(std::isnormal(camera.fx) && std::isnormal(camera.fy), "the focal length must not be 0");
+  require(camera.distortion.isNone(), "images are drawn without lens distortion");
   require(std::isfinite(camera.cx) && std::isfinite(camera.cy), "cx, cy must be finite");
   require(std::isfinite(target.radius) && target.radius > 0, "the dots need a radius > 0 m");
   require(isGray(options.background) && isGray(options.dot), "gray levels are 0..255");
