@@ -1,4 +1,4 @@
-# The run report is one file that loads nothing: its template and the charting library dygraphs are
+# A report is one file that loads nothing: its templates and the charting library dygraphs are
 # compiled into depthservo::servo.
 #
 # depthservo_embed_report(<target>): adds embeddedReport(), declared in src/servo/EmbeddedReport.h.
@@ -14,7 +14,8 @@ function(depthservo_embed_report target)
   set(template ${PROJECT_SOURCE_DIR}/src/servo/report)
   set(parts page=${template}/report.html
             style=${DYGRAPHS_DIR}/dygraph.min.css,${template}/report.css
-            script=${DYGRAPHS_DIR}/dygraph.min.js,${DYGRAPHS_DIR}/extras/synchronizer.js,${template}/report.js)
+            script=${DYGRAPHS_DIR}/dygraph.min.js,${DYGRAPHS_DIR}/extras/synchronizer.js,${template}/report.js
+            sheet=${template}/sheet.html)
   string(REGEX REPLACE "[a-z]+=|;[a-z]+=" ";" files "${parts}")
   string(REPLACE "," ";" files "${files}")
   list(REMOVE_ITEM files "")

@@ -57,7 +57,7 @@ View::View(const Scenario& scenario) : window_(std::make_unique<Window>()) {
   }
   window_->image.resize(static_cast<unsigned>(scenario.camera.height),
                         static_cast<unsigned>(scenario.camera.width), 255);
-  window_->period_ms = 1000 / scenario.camera.rate;
+  window_->period_ms = 1000 / scenario.camera.rate.front();
   const char* display = std::getenv("DISPLAY");
   try {
     if (!display || !*display) throw vpException(vpException::notInitialized, "no DISPLAY");

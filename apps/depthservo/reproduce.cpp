@@ -4,34 +4,37 @@
 
 #include <algorithm>
 #include <memory>
-#include <nlohmann/json.hpp>
 
+#include "ProgressBar.h"
 #include "commands.h"
 #include "depthservo/sequence/InputError.h"
+#include "depthservo/servo/RunFolder.h"
 
 namespace depthservo {
 namespace {
 
-struct Paper {
-  const char* name;
-  Reproduction (*reproduce)(const ReproduceOptions&);
+struct ReproduceArguments {
+  std::string paper, out;
+  ReproduceOptions options;
+  bool json = false;
 };
-constexpr Paper kPapers[] = {{"durand2010", reproduceDurand2010},
-                             {"ibuki2023", reproduceIbuki2023}};
 
-std::vector<ReproduceRow> rowsOf(const std::string& name, const ReproduceOptions& options) {
-  std::vector<ReproduceRow> rows;
-  for (const Paper& paper : kPapers) {
-    if (name != paper.name && name != "all") continue;
-    const auto more = paper.reproduce(options).rows;
-    rows.insert(rows.end(), more.begin(), more.end());
+std::string names() {
+  std::string names;
+  for (const Paper& paper : papers()) names += fmt::format("{} | ", paper.name);
+  return names + "all";
+}
+
+std::vector<Paper> papersNamed(const std::string& name) {
+  std::vector<Paper> chosen;
+  for (const Paper& paper : papers()) {
+    if (name == paper.name || name == "all") chosen.push_back(paper);
   }
-  if (rows.empty()) {
-    throw InputError(
-        {"reproduce", 0, ""},
-        fmt::format("'{}' is not in this version; use durand2010, ibuki2023 or all", name));
+  if (chosen.empty()) {
+    throw InputError({"reproduce", 0, ""},
+                     fmt::format("'{}' is not in this version; expected {}", name, names()));
   }
-  return rows;
+  return chosen;
 }
 
 void printTable(const std::vector<ReproduceRow>& rows) {
@@ -42,20 +45,28 @@ void printTable(const std::vector<ReproduceRow>& rows) {
   }
 }
 
-void printJson(const std::vector<ReproduceRow>& rows) {
-  auto json = nlohmann::ordered_json::array();
-  for (const ReproduceRow& row : rows) {
-    json.push_back({{"id", row.id},
-                    {"claim", row.claim},
-                    {"paper", row.paper},
-                    {"expected", row.expected},
-                    {"ours", row.ours},
-                    {"unit", row.unit},
-                    {"pass", row.pass},
-                    {"reproduces", row.reproduces},
-                    {"note", row.note}});
+int reproduce(const ReproduceArguments& arguments) {
+  const std::vector<Paper> chosen = papersNamed(arguments.paper);
+  if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
+  std::vector<ReproducedPaper> reproduced;
+  std::vector<ReproduceRow> rows;
+  for (const Paper& paper : chosen) {
+    ProgressBar bar(fmt::format("reproduce {}", paper.name));
+    bar.show(static_cast<double>(reproduced.size()) / static_cast<double>(chosen.size()));
+    reproduced.push_back({paper, paper.reproduce(arguments.options)});
+    const auto& more = reproduced.back().result.rows;
+    rows.insert(rows.end(), more.begin(), more.end());
   }
-  fmt::print("{}\n", json.dump(2));
+  if (!arguments.out.empty()) {
+    if (!writeReproduction(arguments.paper, reproduced, arguments.out)) {
+      fmt::print(stderr, "note: figures were not drawn; they need gnuplot\n");
+    }
+    fmt::print(stderr, "report: {}/report.html\n", arguments.out);
+  }
+  arguments.json ? fmt::print("{}\n", toJson(rows)) : printTable(rows);
+  const auto passed = std::count_if(rows.begin(), rows.end(), [](const auto& r) { return r.pass; });
+  fmt::print(stderr, "{} of {} figures agree\n", passed, rows.size());
+  return passed == static_cast<std::ptrdiff_t>(rows.size()) ? kMet : kNotMet;
 }
 
 }  // namespace
@@ -64,20 +75,15 @@ void addReproduce(CLI::App& app, int& exitCode) {
   CLI::App* command = app.add_subcommand(
       "reproduce",
       "Run the simulations of a paper, theirs against ours; exit 1 when a figure is off");
-  auto paper = std::make_shared<std::string>();
-  auto options = std::make_shared<ReproduceOptions>();
-  auto json = std::make_shared<bool>(false);
-  command->add_option("PAPER", *paper, "durand2010 | ibuki2023 | all")->required();
-  command->add_flag("--full", options->full, "More seeds and finer searches");
-  command->add_flag("--json", *json, "Print the rows as one JSON array on stdout");
-  command->callback([=, &exitCode] {
-    const auto rows = rowsOf(*paper, *options);
-    *json ? printJson(rows) : printTable(rows);
-    const auto passed =
-        std::count_if(rows.begin(), rows.end(), [](const auto& r) { return r.pass; });
-    fmt::print(stderr, "{} of {} figures agree\n", passed, rows.size());
-    exitCode = passed == static_cast<std::ptrdiff_t>(rows.size()) ? kMet : kNotMet;
-  });
+  auto a = std::make_shared<ReproduceArguments>();
+  command->add_option("PAPER", a->paper, names())->required();
+  command->add_flag("--full", a->options.full, "More seeds and finer searches");
+  command->add_flag("--json", a->json, "Print the rows as one JSON array on stdout");
+  command
+      ->add_option("--out", a->out,
+                   "Write a folder with report.html, figures and rows.json; must not exist")
+      ->type_name("DIR");
+  command->callback([a, &exitCode] { exitCode = reproduce(*a); });
 }
 
 }  // namespace depthservo

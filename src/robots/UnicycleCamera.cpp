@@ -1,12 +1,11 @@
 #include "depthservo/robots/UnicycleCamera.h"
 
-#include <visp3/core/vpHomogeneousMatrix.h>
-
 #include <cmath>
 
 #include "robots/forwardCamera.h"
 #include "robots/limits.h"
 #include "robots/planarArc.h"
+#include "vispPose.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -16,12 +15,7 @@ namespace depthservo {
 
 UnicycleCamera::UnicycleCamera(const Eigen::Vector3d& offset, double yaw)
     : offset_(offset), yaw_(yaw) {
-  const Eigen::Isometry3d eMc = wMcAt({});
-  vpHomogeneousMatrix M;
-  for (unsigned i = 0; i < 3; ++i) {
-    for (unsigned j = 0; j < 4; ++j) M[i][j] = eMc.matrix()(i, j);
-  }
-  set_cMe(M.inverse());
+  set_cMe(toVisp(wMcAt({}).inverse()));
   vpMatrix J(6, 2, 0.);
   J[0][0] = 1;
   J[5][1] = 1;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <visp3/core/vpHomogeneousMatrix.h>
 #include <visp3/core/vpVelocityTwistMatrix.h>
 
 #include <Eigen/Core>
@@ -8,6 +7,7 @@
 #include <cmath>
 
 #include "depthservo/visp.h"
+#include "vispPose.h"
 
 namespace depthservo {
 
@@ -27,11 +27,7 @@ inline Eigen::Isometry3d horizontalCamera(const Eigen::Vector3d& position, doubl
 inline DEPTHSERVO_VISP vpVelocityTwistMatrix
 forwardCameraTwistMatrix(const Eigen::Vector3d& offset) {
   const Eigen::Isometry3d eMc = horizontalCamera(offset, 0);
-  DEPTHSERVO_VISP vpHomogeneousMatrix M;
-  for (unsigned i = 0; i < 3; ++i) {
-    for (unsigned j = 0; j < 4; ++j) M[i][j] = eMc.matrix()(i, j);
-  }
-  return DEPTHSERVO_VISP vpVelocityTwistMatrix(M.inverse());
+  return DEPTHSERVO_VISP vpVelocityTwistMatrix(toVisp(eMc.inverse()));
 }
 
 }  // namespace depthservo

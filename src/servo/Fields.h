@@ -38,6 +38,12 @@ class Fields {
   /// A list of as many numbers as `value` has.
   virtual void numbers(const char* key, Eigen::Ref<Eigen::VectorXd> value, const Range& range,
                        const char* unit, Need need = Need::optional) = 0;
+  /// A list of numbers of any length.
+  virtual void numbersOfAny(const char* key, Eigen::VectorXd& value, const Range& range,
+                            const char* unit, Need need = Need::optional) = 0;
+  /// One number, or a list of them.
+  virtual void oneOrMore(const char* key, std::vector<double>& value, const Range& range,
+                         const char* unit, Need need) = 0;
   /// A list of any length.
   virtual void integers(const char* key, std::vector<int>& value, const Range& range) = 0;
 

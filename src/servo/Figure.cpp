@@ -14,6 +14,10 @@ namespace fs = std::filesystem;
 
 constexpr int kPanelWidth_px = 720, kPanelHeight_px = 460;
 
+/// A key with more entries than this stands outside its panel.
+constexpr int kMostInside = 2;
+constexpr int kKeyLine_px = 19;
+
 const char* colourOf(const Curve& curve, std::size_t index) {
   if (curve.colour == Curve::kBlack) return "black";
   return gnuplot::colour(curve.colour < 0 ? index : static_cast<std::size_t>(curve.colour));
@@ -40,15 +44,39 @@ std::string range(const char* axis, const std::vector<double>& limits, bool reve
                      gnuplot::number(reversed ? low : high));
 }
 
+int namedCurves(const Panel& panel) {
+  return static_cast<int>(std::count_if(panel.curves.begin(), panel.curves.end(),
+                                        [](const Curve& curve) { return !curve.title.empty(); }));
+}
+
+/// Pixels by which a panel is higher to make room for a key below it.
+int keyHeight_px(const Panel& panel) {
+  const bool isBelow = panel.axes == Panel::Axes::free && namedCurves(panel) > kMostInside;
+  return isBelow ? kKeyLine_px * (namedCurves(panel) + 1) : 0;
+}
+
+/// Where the key hides nothing: beside panels of equal scales, which leave room there, else below.
+std::string keyScript(const Panel& panel) {
+  if (namedCurves(panel) <= kMostInside) {
+    return "set key inside top right vertical maxcols 1 Right noreverse\n";
+  }
+  if (panel.axes != Panel::Axes::free) {
+    return "set key outside right center vertical maxcols 1 Left reverse\n";
+  }
+  return "set key below left vertical maxcols 1 Left reverse\n";
+}
+
 std::string panelScript(const Panel& panel, std::size_t index) {
   const bool isImage = panel.axes == Panel::Axes::image;
   const bool isFree = panel.axes == Panel::Axes::free;
   std::string script = fmt::format(
-      "set title {}\nset xlabel {}\nset ylabel {}\n{}set logscale x\n{}set logscale y\n",
+      "set title {}\nset xlabel {} offset 0,0.3\nset ylabel {}\n{}set logscale x\n{}set logscale "
+      "y\n",
       gnuplot::quoted(panel.title), gnuplot::quoted(panel.xLabel), gnuplot::quoted(panel.yLabel),
       panel.logX ? "" : "un", panel.logY ? "" : "un");
   script += fmt::format("set format y '{}'\n", panel.logY ? "%g" : "% h");
   script += isFree ? "set size noratio\nset border 3\n" : "set size ratio -1\nset border 15\n";
+  script += keyScript(panel);
   script += range("x", panel.xRange, false) + range("y", panel.yRange, isImage);
   std::string plots;
   for (std::size_t i = 0; i < panel.curves.size(); ++i) {
@@ -68,10 +96,12 @@ bool drawFigure(const Figure& figure, const fs::path& file) {
   const std::size_t columns = static_cast<std::size_t>(std::max(figure.columns, 1));
   const std::size_t rows = (figure.panels.size() + columns - 1) / columns;
   if (rows == 0) return false;
+  int key_px = 0;
+  for (const Panel& panel : figure.panels) key_px = std::max(key_px, keyHeight_px(panel));
   std::string script =
       "set encoding utf8\nset datafile missing 'NaN'\n" +
       gnuplot::page(file.filename().string(), kPanelWidth_px * static_cast<int>(columns),
-                    kPanelHeight_px * static_cast<int>(rows) + 30) +
+                    (kPanelHeight_px + key_px) * static_cast<int>(rows) + 30) +
       fmt::format("set multiplot layout {},{} title {} font 'DejaVu Sans,13'\n", rows, columns,
                   gnuplot::quoted(figure.title));
   for (std::size_t i = 0; i < figure.panels.size(); ++i) script += panelScript(figure.panels[i], i);

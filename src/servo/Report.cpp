@@ -14,6 +14,7 @@
 #include "sequence/TextFile.h"
 #include "sequence/TextTable.h"
 #include "servo/EmbeddedReport.h"
+#include "servo/Html.h"
 #include "servo/Plots.h"
 #include "servo/RunFiles.h"
 
@@ -25,7 +26,7 @@ using Json = nlohmann::ordered_json;
 
 using detail::TextTable;
 
-/// Largest run.json and image that are read [bytes].
+/// Largest file that is read [bytes].
 constexpr std::size_t kLargestFile = std::size_t{1} << 28;
 
 /// A column that may be empty: unknown (NaN).
@@ -165,63 +166,15 @@ std::string pageData(const Json& run, const fs::path& folder) {
   return safe;
 }
 
-std::string htmlEscaped(std::string_view text) {
-  std::string html;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        html += "&amp;";
-        break;
-      case '<':
-        html += "&lt;";
-        break;
-      case '>':
-        html += "&gt;";
-        break;
-      case '"':
-        html += "&quot;";
-        break;
-      case '\'':
-        html += "&#39;";
-        break;
-      default:
-        html += c;
-    }
-  }
-  return html;
-}
-
-std::string base64(std::string_view bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= count ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
-    }
-  }
-  return text;
-}
-
 std::string imageElements(const fs::path& folder) {
-  std::string html;
+  std::string elements;
   for (const char* stem : {"first", "last"}) {
     const fs::path file = folder / fmt::format("{}.png", stem);
     if (!fs::exists(file)) continue;
-    const std::string bytes = detail::readFile(file.string(), kLargestFile);
-    if (bytes.compare(0, 8, "\x89PNG\r\n\x1a\n") != 0) {
-      throw InputError({file.string(), 0, ""}, "is not a PNG image");
-    }
-    html += fmt::format(
-        R"(<img id="image-{0}" alt="{0} camera image" src="data:image/png;base64,{1}">)", stem,
-        base64(bytes));
+    elements += fmt::format(R"(<img id="image-{0}" alt="{0} camera image" src="{1}">)", stem,
+                            html::pngSource(file));
   }
-  return html;
+  return elements;
 }
 
 struct Verdict {
@@ -287,36 +240,22 @@ Verdict verdictOf(const Json& run) {
   return verdict;
 }
 
-/// The template with every {{placeholder}} replaced in one pass, so that values are never searched.
-std::string filled(std::string_view page,
-                   const std::map<std::string_view, std::string_view>& values) {
-  std::string html;
-  for (std::size_t begin = 0;;) {
-    const std::size_t open = page.find("{{", begin);
-    html += page.substr(begin, open - begin);
-    if (open == std::string_view::npos) return html;
-    const std::size_t close = page.find("}}", open);
-    html += values.at(page.substr(open + 2, close - open - 2));
-    begin = close + 2;
-  }
-}
-
 std::string reportPage(const fs::path& folder, const Json& run) {
-  const auto text = [&](const char* key) { return htmlEscaped(run.at(key).get<std::string>()); };
+  const auto text = [&](const char* key) { return html::escaped(run.at(key).get<std::string>()); };
   const Verdict verdict = verdictOf(run);
   const std::string command = text("command"), name = text("name"), reason = text("reason"),
-                    sentence = htmlEscaped(verdict.sentence), images = imageElements(folder),
+                    sentence = html::escaped(verdict.sentence), images = imageElements(folder),
                     data = pageData(run, folder);
   const EmbeddedReport& report = embeddedReport();
-  return filled(report.page, {{"command", command},
-                              {"name", name},
-                              {"reason", reason},
-                              {"mood", verdict.mood},
-                              {"verdict", sentence},
-                              {"images", images},
-                              {"data", data},
-                              {"style", report.style},
-                              {"script", report.script}});
+  return html::filled(report.page, {{"command", command},
+                                    {"name", name},
+                                    {"reason", reason},
+                                    {"mood", verdict.mood},
+                                    {"verdict", sentence},
+                                    {"images", images},
+                                    {"data", data},
+                                    {"style", report.style},
+                                    {"script", report.script}});
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "depthservo/servo/RunFolder.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 #include <visp3/core/vpConfig.h>
 
 #include <algorithm>
@@ -11,9 +10,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/Metrics.h"
 #include "depthservo/servo/Report.h"
+#include "servo/NewFolder.h"
 #include "servo/Plots.h"
 #include "servo/RunFiles.h"
 
@@ -22,38 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-/// A folder that disappears unless it is kept by renaming it.
-class TemporarySibling {
- public:
-  explicit TemporarySibling(const fs::path& final)
-      : final_(final),
-        path_(final.parent_path() / fmt::format(".{}.{}", final.filename().string(), getpid())) {
-    if (!fs::create_directory(path_)) throw InputError({path_.string(), 0, ""}, "is in the way");
-  }
-  ~TemporarySibling() {
-    std::error_code ignored;
-    if (!kept_) fs::remove_all(path_, ignored);
-  }
-  TemporarySibling(const TemporarySibling&) = delete;
-  TemporarySibling& operator=(const TemporarySibling&) = delete;
-
-  const fs::path& path() const { return path_; }
-  void keep() {
-    fs::rename(path_, final_);
-    kept_ = true;
-  }
-
- private:
-  fs::path final_, path_;
-  bool kept_ = false;
-};
-
-/// Absolute, without a trailing slash: it has a parent and a name.
-fs::path normalised(const fs::path& folder) {
-  const fs::path absolute = fs::absolute(folder).lexically_normal();
-  return absolute.has_filename() ? absolute : absolute.parent_path();
-}
 
 /// Shortest text that reads back as the same double; empty when unknown or infinite.
 std::string cell(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
@@ -168,28 +135,9 @@ void writeImage(const PinholeCamera& camera, const std::vector<unsigned char>& g
 
 }  // namespace
 
-void requireNewRunFolder(const fs::path& folder) {
-  const fs::path place = normalised(folder);
-  std::error_code ignored;
-  if (fs::exists(fs::symlink_status(place, ignored))) {
-    throw InputError({folder.string(), 0, ""}, "exists already; name a new folder");
-  }
-  const fs::path parent = place.parent_path();
-  if (!fs::is_directory(parent, ignored)) {
-    throw InputError({folder.string(), 0, ""},
-                     fmt::format("cannot be made: {} is not a folder", parent.string()));
-  }
-  if (access(parent.c_str(), W_OK | X_OK) != 0) {
-    throw InputError({folder.string(), 0, ""},
-                     fmt::format("cannot be made: {} is not writable", parent.string()));
-  }
-}
-
 bool writeRunFolder(const RunLog& log, const fs::path& folder) {
-  requireNewRunFolder(folder);
-  try {
-    TemporarySibling temporary(normalised(folder));
-    const fs::path& place = temporary.path();
+  bool plotted = false;
+  makeFolder(folder, [&](const fs::path& place) {
     writeFile(place / "run.json", runJson(log));
     writeFile(place / "frames.csv", framesCsv(log));
     writeFile(place / "features.csv", featuresCsv(log));
@@ -198,13 +146,9 @@ bool writeRunFolder(const RunLog& log, const fs::path& folder) {
       writeImage(log.camera, gray, place / (stem + ".png"));
     }
     writeReport(place);
-    const bool plotted = drawPlots(log, place);
-    temporary.keep();
-    return plotted;
-  } catch (const fs::filesystem_error& error) {
-    throw InputError({folder.string(), 0, ""},
-                     fmt::format("cannot be written: {}", error.code().message()));
-  }
+    plotted = drawPlots(log, place);
+  });
+  return plotted;
 }
 
 }  // namespace depthservo

@@ -8,6 +8,7 @@
 
 #include "sequence/StrictYaml.h"
 #include "servo/Fields.h"
+#include "servo/makeRobot.h"
 
 namespace depthservo {
 namespace {
@@ -33,6 +34,20 @@ const std::vector<Choice<EstimatorKind>>& estimators() {
       {EstimatorKind::window, "window"},      {EstimatorKind::filter, "filter"},
       {EstimatorKind::joint, "joint"},        {EstimatorKind::pose, "pose", false},
   };
+  return all;
+}
+
+const std::vector<Choice<RobotKind>>& robots() {
+  static const std::vector<Choice<RobotKind>> all = {{RobotKind::unicycle, "unicycle"},
+                                                     {RobotKind::panUnicycle, "pan-unicycle"},
+                                                     {RobotKind::omni, "omni"},
+                                                     {RobotKind::free, "free"}};
+  return all;
+}
+
+const std::vector<Choice<Law>>& laws() {
+  static const std::vector<Choice<Law>> all = {
+      {Law::vpServo, "vpServo"}, {Law::task, "task"}, {Law::profile, "profile"}};
   return all;
 }
 
@@ -79,41 +94,62 @@ void describe(Fields& f, Scenario::Camera& camera) {
   f.number("fy", camera.fy, focal, "px", Need::required);
   f.number("cx", camera.cx, centre, "px", Need::required);
   f.number("cy", camera.cy, centre, "px", Need::required);
-  f.number("rate", camera.rate, Range::above(0, 1000), "Hz", Need::required);
+  f.oneOrMore("rate", camera.rate, Range::above(0, 1000), "Hz", Need::required);
+  f.number("jitter", camera.jitter, {0, 0.9}, "");
+  f.number("dropped", camera.dropped, {0, 0.9}, "");
+}
+
+void describe(Fields& f, const char* key, VelocityProfile& profile, const Range& velocity) {
+  f.list(key, profile, [&](Fields& item, VelocitySegment& segment) {
+    item.number("until", segment.until, kDuration, "s", Need::required);
+    item.numbersOfAny("v", segment.v, velocity, "m/s, rad/s");
+    item.numbersOfAny("amplitude", segment.amplitude, velocity, "m/s, rad/s");
+    item.numbersOfAny("omega", segment.omega, {0, 1000}, "rad/s");
+    item.numbersOfAny("phase", segment.phase, kAngle, "rad");
+  });
+}
+
+void describe(Fields& f, Scenario::Pose& pose, Need need) {
+  f.numbers("xyz", pose.xyz, kPosition, "m", need);
+  f.numbers("rpy", pose.rpy, kAngle, "rad", need);
 }
 
 void describe(Fields& f, Scenario::Target& target) {
   f.onlyChoice("type", {"dots"});
   f.rows("points", target.points, {-100, 100}, "m", Need::required);
   f.number("radius", target.radius, kLength, "m");
-  f.section("pose", Need::optional, [&](Fields& pose) {
-    pose.numbers("xyz", target.pose.xyz, kPosition, "m");
-    pose.numbers("rpy", target.pose.rpy, kAngle, "rad");
-  });
-  f.list("twist", target.twist, [](Fields& item, Scenario::TwistUntil& segment) {
-    item.number("until", segment.until, kDuration, "s", Need::required);
-    item.numbers("v", segment.v, {-10, 10}, "m/s, rad/s", Need::required);
-  });
+  f.section("pose", Need::optional,
+            [&](Fields& pose) { describe(pose, target.pose, Need::optional); });
+  describe(f, "twist", target.twist, {-10, 10});
 }
 
-void describe(Fields& f, Scenario::PlanarPose& pose) {
-  f.number("x", pose.x, kPosition, "m", Need::required);
-  f.number("y", pose.y, kPosition, "m", Need::required);
-  f.number("theta", pose.theta, kAngle, "rad", Need::required);
+void describe(Fields& f, Scenario::RobotPose& pose, RobotKind robot) {
+  const bool isFree = robot == RobotKind::free;
+  const Need onFloor = isFree ? Need::optional : Need::required;
+  f.number("x", pose.x, kPosition, "m", onFloor);
+  f.number("y", pose.y, kPosition, "m", onFloor);
+  f.number("theta", pose.theta, kAngle, "rad", onFloor);
+  f.number("pan", pose.pan, kAngle, "rad");
+  describe(f, pose.camera, isFree ? Need::required : Need::optional);
 }
 
 void describe(Fields& f, Scenario::Robot& robot) {
-  f.onlyChoice("type", {"unicycle", "free"}, Need::required);
+  f.choice("type", robot.type, robots(), Need::required);
   f.numbers("camera_offset", robot.camera_offset, {-10, 10}, "m");
   f.number("camera_yaw", robot.camera_yaw, kAngle, "rad");
-  f.section("initial", Need::required, [&](Fields& pose) { describe(pose, robot.initial); });
+  f.number("pan_axis", robot.pan_axis, {-10, 10}, "m");
+  f.section("initial", Need::required,
+            [&](Fields& pose) { describe(pose, robot.initial, robot.type); });
   f.section("goal", robot.goal,
-            [](Fields& pose, Scenario::PlanarPose& goal) { describe(pose, goal); });
+            [&](Fields& pose, Scenario::RobotPose& goal) { describe(pose, goal, robot.type); });
   f.section("limits", Need::optional, [&](Fields& limits) {
     limits.number("v", robot.limits.v, kLength, "m/s");
     limits.number("w", robot.limits.w, Range::above(0, 20), "rad/s");
     limits.number("dv", robot.limits.dv, Range::above(0, 1000), "m/s^2");
     limits.number("dw", robot.limits.dw, Range::above(0, 1000), "rad/s^2");
+    limits.number("pan", robot.limits.pan, Range::above(0, 20), "rad/s");
+    limits.number("pan_min", robot.limits.pan_min, {-100, 100}, "rad");
+    limits.number("pan_max", robot.limits.pan_max, {-100, 100}, "rad");
   });
   f.number("lag", robot.lag, {0, 5}, "s");
 }
@@ -171,7 +207,8 @@ void describe(Fields& f, Scenario::Control& control) {
                                   {{Scenario::Interaction::current, "current"},
                                    {Scenario::Interaction::mean, "mean"},
                                    {Scenario::Interaction::desired, "desired"}});
-  f.onlyChoice("law", {"vpServo", "task"});
+  f.choice("law", control.law, laws());
+  describe(f, "profile", control.profile, {-20, 20});
   f.rows("desired", control.desired, {-1e5, 1e5}, "px");
 }
 
@@ -214,6 +251,12 @@ class KeyLister : public Fields {
   void text(const char* key, std::string&, Need) override { add(key); }
   void numbers(const char* key, Eigen::Ref<Eigen::VectorXd>, const Range&, const char*,
                Need) override {
+    add(key);
+  }
+  void numbersOfAny(const char* key, Eigen::VectorXd&, const Range&, const char*, Need) override {
+    add(key);
+  }
+  void oneOrMore(const char* key, std::vector<double>&, const Range&, const char*, Need) override {
     add(key);
   }
   void integers(const char* key, std::vector<int>&, const Range&) override { add(key); }
@@ -280,6 +323,21 @@ class Reader : public Fields {
     if (!reads(key, need)) return;
     const std::vector<double> numbers = mapping_.numbers(key, value.size(), range, unit);
     value = Eigen::Map<const Eigen::VectorXd>(numbers.data(), value.size());
+  }
+  void numbersOfAny(const char* key, Eigen::VectorXd& value, const Range& range, const char* unit,
+                    Need need) override {
+    if (!reads(key, need)) return;
+    const std::vector<double> numbers = mapping_.numbers(key, 0, range, unit);
+    value = Eigen::Map<const Eigen::VectorXd>(numbers.data(),
+                                              static_cast<Eigen::Index>(numbers.size()));
+  }
+  void oneOrMore(const char* key, std::vector<double>& value, const Range& range, const char* unit,
+                 Need need) override {
+    if (!reads(key, need)) return;
+    const bool isList = mapping_.value(key).kind == YamlValue::Kind::list;
+    value = isList ? mapping_.numbers(key, 0, range, unit)
+                   : std::vector<double>{mapping_.number(key, range, unit)};
+    if (value.empty()) mapping_.fail(key, "expected a number or a list of numbers, got []");
   }
   void integers(const char* key, std::vector<int>& value, const Range& range) override {
     if (!reads(key, Need::optional)) return;
@@ -365,6 +423,14 @@ class JsonWriter : public Fields {
   void numbers(const char* key, Eigen::Ref<Eigen::VectorXd> value, const Range&, const char*,
                Need) override {
     json_[key] = std::vector<double>(value.begin(), value.end());
+  }
+  void numbersOfAny(const char* key, Eigen::VectorXd& value, const Range&, const char*,
+                    Need) override {
+    json_[key] = std::vector<double>(value.begin(), value.end());
+  }
+  void oneOrMore(const char* key, std::vector<double>& value, const Range&, const char*,
+                 Need) override {
+    json_[key] = value.size() == 1 ? Json(value.front()) : Json(value);
   }
   void integers(const char* key, std::vector<int>& value, const Range&) override {
     json_[key] = value;
@@ -489,6 +555,71 @@ void expandHidden(YamlValue& root) {
   }
 }
 
+using Refuse = std::function<void(const std::string& path, const std::string& message)>;
+
+void checkProfile(const std::string& path, const VelocityProfile& profile, std::size_t size,
+                  const Refuse& refuse) {
+  double until = 0;
+  for (const VelocitySegment& segment : profile) {
+    if (segment.until <= until) {
+      refuse(path, fmt::format("until = {} s comes after {} s; times must increase", segment.until,
+                               until));
+    }
+    until = segment.until;
+    for (const auto& [key, values] : {std::pair{"v", &segment.v},
+                                      {"amplitude", &segment.amplitude},
+                                      {"omega", &segment.omega},
+                                      {"phase", &segment.phase}}) {
+      if (values->size() == 0 || values->size() == static_cast<Eigen::Index>(size)) continue;
+      refuse(path, fmt::format("{}: expected {} numbers, got {}", key, size, values->size()));
+    }
+  }
+}
+
+/// What a robot or a law cannot do.
+void checkRobot(const Scenario& s, const Refuse& refuse) {
+  const Scenario::Robot& robot = s.robot;
+  const bool hasWheels = robot.type == RobotKind::unicycle;
+  if (!hasWheels && robot.lag != 0) refuse("robot.lag", "only robot.type unicycle has a lag");
+  if (!hasWheels && robot.camera_yaw != 0) {
+    refuse("robot.camera_yaw", "only robot.type unicycle has a camera_yaw");
+  }
+  if (!hasWheels && s.odometry.ticks != 0) {
+    refuse("odometry.ticks", "only robot.type unicycle has wheels that count");
+  }
+  if (!hasWheels && s.odometry.mode == OdometryMode::commanded && !s.odometry.noise.isZero()) {
+    refuse("odometry.mode", "noise of commanded odometry needs robot.type unicycle");
+  }
+  const bool isFree = robot.type == RobotKind::free;
+  for (const auto& [key, pose] : {std::pair{"robot.initial", &robot.initial},
+                                  {"robot.goal", robot.goal ? &*robot.goal : &robot.initial}}) {
+    const bool hasFloorPose = pose->x != 0 || pose->y != 0 || pose->theta != 0;
+    const bool hasCameraPose = !pose->camera.xyz.isZero() || !pose->camera.rpy.isZero();
+    if (isFree && hasFloorPose) refuse(key, "a free camera is placed by xyz and rpy");
+    if (!isFree && hasCameraPose) refuse(key, "xyz and rpy are for robot.type free");
+    if (robot.type != RobotKind::panUnicycle && pose->pan != 0) {
+      refuse(key, "pan is for robot.type pan-unicycle");
+    }
+  }
+  if (robot.limits.pan_min > robot.limits.pan_max) {
+    refuse("robot.limits.pan_min", fmt::format("{} rad is above pan_max = {} rad",
+                                               robot.limits.pan_min, robot.limits.pan_max));
+  }
+  if (s.control.law == Law::task && robot.type == RobotKind::unicycle) {
+    refuse("control.law",
+           "task needs a robot that can move the camera at will: pan-unicycle, omni or free");
+  }
+  if (s.control.law == Law::task && robot.type == RobotKind::panUnicycle && robot.pan_axis == 0) {
+    refuse("robot.pan_axis", "the task law needs a pan axis that is not above the wheel axle");
+  }
+  if ((s.control.law == Law::profile) == s.control.profile.empty()) {
+    refuse("control.profile",
+           s.control.profile.empty()
+               ? "the law profile needs velocities: profile: [{until: 10, v: [...]}]"
+               : "needs control.law: profile");
+  }
+}
+
 /// What no single key can tell.
 void checkTogether(const Scenario& s, const YamlValue& root, const std::string& file) {
   // Faults are shown at the deepest mapping of the path that exists.
@@ -514,29 +645,16 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
            fmt::format("expected 1 to {} points, got {}", kMostPoints, points.size()));
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (points[i].z() != 0) {
-      refuse("target.points", fmt::format("point {} has z = {} m; the dots lie on a flat plate, "
-                                          "write z = 0",
-                                          i, points[i].z()));
-    }
     for (std::size_t j = 0; j < i; ++j) {
       if (points[i] == points[j]) {
         refuse("target.points", fmt::format("points {} and {} are the same; remove one", j, i));
       }
     }
   }
-  double until = 0;
-  for (const auto& segment : s.target.twist) {
-    if (segment.until <= until) {
-      refuse("target.twist", fmt::format("until = {} s comes after {} s; times must increase",
-                                         segment.until, until));
-    }
-    until = segment.until;
-    if (!segment.v.isZero(0)) {
-      refuse("target.twist",
-             "a moving target is not available in this version; use v: [0, 0, 0, 0, 0, 0]");
-    }
-  }
+  checkProfile("target.twist", s.target.twist, 6, refuse);
+  const auto velocities = makeRobot(s.robot, s.robot.initial)->velocityNames();
+  checkProfile("control.profile", s.control.profile, velocities.size(), refuse);
+  checkRobot(s, refuse);
   for (const auto& hidden : s.sensing.hidden) {
     if (hidden.from >= hidden.to) {
       refuse("sensing.hidden",
@@ -549,9 +667,11 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
       }
     }
   }
-  if (s.sensing.exposure > 1 / camera.rate) {
+  const double fastest = *std::max_element(camera.rate.begin(), camera.rate.end());
+  const double interval_s = (1 - camera.jitter) / fastest;
+  if (s.sensing.exposure > interval_s) {
     refuse("sensing.exposure", fmt::format("{} s is longer than the time between images, {} s",
-                                           s.sensing.exposure, 1 / camera.rate));
+                                           s.sensing.exposure, interval_s));
   }
   const Scenario::Depth& depth = s.depth;
   if (depth.Z_min >= depth.Z_max) {
@@ -565,7 +685,10 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
     refuse("depth.gains", "k and k_3 go together; give both, or settling and W_min");
   }
   const auto& desired = s.control.desired;
-  if (s.robot.goal.has_value() == !desired.empty()) {
+  const bool needsGoal = s.control.law != Law::profile;
+  if (needsGoal ? s.robot.goal.has_value() == !desired.empty()
+                : s.robot.goal.has_value() || !desired.empty()) {
+    if (!needsGoal) refuse("control.law", "profile has no goal; remove robot.goal and desired");
     refuse(desired.empty() ? "robot.goal" : "control.desired",
            "expected exactly one of robot.goal (a pose) and control.desired (pixels)");
   }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <visp3/core/vpException.h>
-#include <visp3/vs/vpServo.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,6 +11,8 @@
 #include "depthservo/features/FeaturePointGroup.h"
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/tracking/DotTracker.h"
+#include "servo/CameraClock.h"
+#include "servo/ControlLaw.h"
 #include "servo/OutcomeJudge.h"
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
@@ -30,18 +31,6 @@ constexpr double kRamp_s = 0.5;
 /// Sigma of a depth that is told [m]: as good as exact.
 constexpr double kToldSigma_Z = 1e-6;
 
-vpServo::vpServoIteractionMatrixType interactionType(Scenario::Interaction interaction) {
-  switch (interaction) {
-    case Scenario::Interaction::current:
-      return vpServo::CURRENT;
-    case Scenario::Interaction::mean:
-      return vpServo::MEAN;
-    case Scenario::Interaction::desired:
-      return vpServo::DESIRED;
-  }
-  return vpServo::CURRENT;
-}
-
 /// Refuses a pose from which a dot is not in the image.
 void requireInView(const std::vector<World::TruePoint>& points, const PinholeCamera& camera,
                    const std::string& file, const char* key) {
@@ -56,6 +45,21 @@ void requireInView(const std::vector<World::TruePoint>& points, const PinholeCam
         fmt::format("dot {} is not in the image from there: it is {}; move or turn the robot", i,
                     where));
   }
+}
+
+ServoGoal goalOf(const Scenario& scenario, const World& world) {
+  ServoGoal goal;
+  goal.pixels = scenario.control.desired;
+  goal.Z.assign(goal.pixels.size(), scenario.depth.initial);
+  if (!scenario.robot.goal) return goal;
+  const std::vector<World::TruePoint> points = world.goal();
+  requireInView(points, scenario.camera.pinhole(), scenario.file, "robot.goal");
+  goal.cdMo = world.cdMo();
+  for (const World::TruePoint& point : points) {
+    goal.pixels.emplace_back(point.u, point.v);
+    goal.Z.push_back(point.Z);
+  }
+  return goal;
 }
 
 /// Seconds of wall clock since the last call.
@@ -87,17 +91,18 @@ struct ServoLoop::Parts {
   explicit Parts(const Scenario& s)
       : scenario(s),
         camera(s.camera.pinhole()),
+        clock(s.camera, s.seed),
         world(s),
         odometry(4096, 1 / s.odometry.rate),
         features(*makeEstimator(
                      {s.depth, s.odometry.declaredNoise(), s.odometry.scale_sigma, s.target.dots()},
                      s.target.points.size()),
                  s.target.points.size()),
-        desired(s.target.points.size()),
         judge(camera, s.control.tolerance, s.depth.Z_min) {}
 
   Scenario scenario;
   PinholeCamera camera;
+  CameraClock clock;
   World world;
   std::deque<Exposure> underway;  // taken, not yet arrived
 
@@ -108,10 +113,9 @@ struct ServoLoop::Parts {
   MotionBuffer odometry;
 
   FeaturePointGroup features;
-  std::vector<vpFeaturePoint> desired;
-  vpServo task;  // after the features: its destructor still asks them who deallocates them
+  std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
 
-  Eigen::VectorXd lastCommand = Eigen::VectorXd::Zero(2);  // while tracking
+  Eigen::VectorXd lastCommand;  // while tracking
   double lastTracked_s = 0;
   bool isTracking = false;
   std::vector<bool> wasMeasured;
@@ -134,29 +138,16 @@ ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(
     p.tracker = std::make_unique<DotTracker>(p.starts, options);
   }
 
-  std::vector<World::TruePoint> goal;
-  for (const Eigen::Vector2d& pixel : scenario.control.desired) {
-    goal.push_back({pixel.x(), pixel.y(), kUnknown});
-  }
-  if (goal.empty()) {
-    goal = p.world.goal();
-    requireInView(goal, camera, scenario.file, "robot.goal");
-  }
   for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector2d s = camera.normalise(goal[i].u, goal[i].v);
-    const double Z = std::isnan(goal[i].Z) ? scenario.depth.initial : goal[i].Z;
-    p.desired[i].buildFrom(s.x(), s.y(), Z);
     p.features[i].set_Z(scenario.depth.initial);
     p.features[i].setServoDepth(ServoDepth::observed);
     p.features[i].setNoise(scenario.sensing.assumedNoise_px(), visp);
-    p.task.addFeature(p.features[i], p.desired[i]);
     p.ids.push_back(static_cast<int>(i));
-    p.log.goals.emplace_back(goal[i].u, goal[i].v);
   }
-  p.task.setServo(vpServo::EYEINHAND_L_cVe_eJe);
-  p.task.setInteractionMatrixType(interactionType(scenario.control.interaction));
-  p.task.setLambda(scenario.control.gain);
-  p.task.set_cVe(p.world.robot().cVe());
+  const ServoGoal goal = goalOf(scenario, p.world);
+  p.law = makeControlLaw(scenario, goal, p.features);
+  p.lastCommand = Eigen::VectorXd::Zero(p.world.robot().velocity().size());
+  p.log.goals = goal.pixels;
 
   p.wasMeasured.assign(count, true);
   p.log.command = "run";
@@ -164,7 +155,7 @@ ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(
   p.log.configuration = scenario.toJson();
   p.log.seed = scenario.seed;
   p.log.camera = camera;
-  p.log.commandNames = {"v [m/s]", "w [rad/s]"};
+  p.log.commandNames = p.world.robot().velocityNames();
   p.log.timings = {{"render", {}}, {"track", {}}, {"observe", {}}, {"control", {}}};
 }
 
@@ -182,19 +173,19 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
   Parts& p = *parts_;
   const Scenario& scenario = p.scenario;
   std::optional<OutcomeJudge::Verdict> verdict;
-  for (int image = 0; !verdict;) {
-    const double next = fileTime(image / scenario.camera.rate);
+  while (!verdict) {
+    const double next = p.clock.time();
     const double arrival = p.underway.empty() ? std::numeric_limits<double>::infinity()
                                               : p.underway.front().time_s + scenario.sensing.delay;
     if (std::min(next, arrival) > scenario.duration + 1e-9) {
       verdict = {Outcome::timeout, fmt::format("not done after {:.6g} s", scenario.duration)};
     } else if (next < arrival) {
-      p.world.advanceTo(next);
-      look(next);
-      ++image;
-      verdict = p.judge.atExposure(p.underway.back().truth);
+      drive(next);
+      if (!p.clock.isDropped()) look(next);
+      p.clock.advance();
+      verdict = p.judge.atExposure(p.world.truth());
     } else {
-      p.world.advanceTo(fileTime(arrival));
+      drive(fileTime(arrival));
       const Exposure exposure = std::move(p.underway.front());
       p.underway.pop_front();
       p.log.frames.push_back(process(exposure));
@@ -205,7 +196,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
         watcher->onFrame(
             {frame, hasImage ? &exposure.image : nullptr, p.log, p.world.odometry(), exposure.wMc});
       }
-      verdict = p.judge.afterCommand(p.log, p.isTracking);
+      if (p.law->usesFeatures()) verdict = p.judge.afterCommand(p.log, p.isTracking);
       if (!frame.command.allFinite()) {
         verdict = {Outcome::diverged, "the control law gave a command that is not finite"};
       }
@@ -215,6 +206,25 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
   p.log.outcome = verdict->outcome;
   p.log.reason = verdict->reason;
   return std::move(p.log);
+}
+
+void ServoLoop::drive(double until_s) {
+  Parts& p = *parts_;
+  p.world.advanceTo(until_s, [&] {
+    if (p.log.frames.empty() && p.law->usesFeatures()) return;  // nothing is known yet
+    if (!p.isTracking && p.law->usesFeatures()) return;         // the command fades out
+    readOdometry();
+    const auto command = p.law->between({p.world.robot(), p.odometry, p.world.time()});
+    if (command) p.world.setCommand(*command);
+  });
+}
+
+void ServoLoop::readOdometry() {
+  Parts& p = *parts_;
+  const auto& rows = p.world.odometry();
+  for (; p.odometryRead < rows.size(); ++p.odometryRead) {
+    p.odometry.push(rows[p.odometryRead].time_s, rows[p.odometryRead].twist);
+  }
 }
 
 void ServoLoop::look(double time_s) {
@@ -232,17 +242,14 @@ void ServoLoop::look(double time_s) {
 
 FrameRecord ServoLoop::process(const Exposure& exposure) {
   Parts& p = *parts_;
-  const UnicycleCamera& robot = p.world.robot();
+  const CameraRobot& robot = p.world.robot();
   FrameRecord record;
   record.time_s = exposure.time_s;
-  record.robotPose = {robot.pose().x, robot.pose().y, robot.pose().theta};
+  record.robotPose = robot.floorPose();
   record.applied = robot.velocity();
 
-  const auto& rows = p.world.odometry();
-  for (; p.odometryRead < rows.size(); ++p.odometryRead) {
-    p.odometry.push(rows[p.odometryRead].time_s, rows[p.odometryRead].twist);
-  }
-  if (!rows.empty()) record.twist = rows.back().twist;
+  readOdometry();
+  if (!p.world.odometry().empty()) record.twist = p.world.odometry().back().twist;
 
   observe(exposure, record);
   record.command = control(record);
@@ -301,21 +308,21 @@ Eigen::VectorXd ServoLoop::control(FrameRecord& record) {
   for (std::size_t i = 0; i < p.features.size(); ++i) {
     const DepthStatus status = p.features[i].estimate().status;
     if (status == DepthStatus::unset || status == DepthStatus::lost) p.isTracking = false;
+    if (p.log.goals.empty()) continue;
     const Eigen::Vector2d pixel = p.camera.toPixel(p.features[i].get_x(), p.features[i].get_y());
     squared_px += (pixel - p.log.goals[i]).squaredNorm();
   }
-  if (!p.isTracking) {
+  if (!p.isTracking && p.law->usesFeatures()) {
     if (wasTracking) note(record.time_s, "lost: the command fades out");
     const double fade = 1 - (record.time_s - p.lastTracked_s) / kRamp_s;
     return p.lastCommand * std::max(0.0, fade);
   }
-  record.error_px = std::sqrt(squared_px / static_cast<double>(p.features.size()));
-
-  Eigen::VectorXd command = Eigen::VectorXd::Constant(2, kUnknown);
+  if (!p.log.goals.empty() && p.isTracking) {
+    record.error_px = std::sqrt(squared_px / static_cast<double>(p.features.size()));
+  }
+  Eigen::VectorXd command = Eigen::VectorXd::Constant(p.lastCommand.size(), kUnknown);
   try {
-    p.task.set_eJe(p.world.robot().eJe());
-    const vpColVector qdot = p.task.computeControlLaw();
-    command << qdot[0], qdot[1];
+    command = p.law->command({p.world.robot(), p.odometry, p.world.time()});
   } catch (const vpException& error) {
     note(record.time_s, std::string("no command: ") + error.getMessage());
   }

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "depthservo/motion/Motion.h"
 #include "depthservo/sequence/SequenceWriter.h"
+#include "servo/makeRobot.h"
 
 namespace depthservo {
 namespace {
 
 constexpr double kSmallestOutlier_px = 5, kLargestOutlier_px = 50;
+constexpr double kTargetStep_s = 0.005;  // its twist is taken at the middle of such steps
 
 SyntheticCameraOptions cameraOptions(const Scenario& scenario) {
   SyntheticCameraOptions options;
@@ -33,18 +36,14 @@ Eigen::Vector2d robotVelocity(const Eigen::Vector2d& wheelSpeeds, double wheelBa
 
 World::World(const Scenario& scenario)
     : scenario_(scenario),
-      robot_(scenario.robot.camera_offset, scenario.robot.camera_yaw),
+      robot_(makeRobot(scenario.robot, scenario.robot.initial)),
+      unicycle_(dynamic_cast<UnicycleCamera*>(robot_.get())),
       camera_(scenario.camera.pinhole(), scenario.target.dots(), cameraOptions(scenario)),
       wMo_(scenario.target.pose.isometry()),
-      random_(scenario.seed) {
-  const auto& initial = scenario.robot.initial;
-  const auto& limits = scenario.robot.limits;
-  robot_.setPose({initial.x, initial.y, initial.theta});
-  robot_.setLimits({limits.v, limits.w, limits.dv, limits.dw});
-  robot_.setLag(scenario.robot.lag);
-}
+      random_(scenario.seed),
+      command_(Eigen::VectorXd::Zero(robot_->velocity().size())) {}
 
-void World::advanceTo(double time_s) {
+void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
   const Scenario::Odometry& odometry = scenario_.odometry;
   const auto rowTime = [&](std::uint64_t row) {
     return fileTime(static_cast<double>(row) / odometry.rate);
@@ -52,23 +51,32 @@ void World::advanceTo(double time_s) {
   while (time_s_ < time_s) {
     const bool beginsRow = rowTime(rows_) <= time_s_;
     if (beginsRow) ++rows_;
-    if (beginsRow && odometry.mode == OdometryMode::commanded) {
+    if (beginsRow && beforeRow) beforeRow();
+    if (beginsRow && unicycle_ && odometry.mode == OdometryMode::commanded) {
       disturbance_ = odometry.noise.cwiseProduct(gaussian2());
-      robot_.setDisturbance(disturbance_);
+      unicycle_->setDisturbance(disturbance_);
     }
     const double until = std::min(time_s, rowTime(rows_));
     const double duration_s = until - time_s_;
     const Eigen::Vector2d wheelsBefore = wheels_;
-    robot_.drive(command_, duration_s);
-    wheels_ += wheelSpeeds(robot_.velocity(), odometry.wheel_base) * duration_s;
-    if (beginsRow) odometry_.push_back({time_s_, measuredTwist(wheelsBefore, duration_s)});
+    const Eigen::Isometry3d wMcBefore = robot_->wMc();
+    robot_->drive(command_, duration_s);
+    if (unicycle_) wheels_ += wheelSpeeds(robot_->velocity(), odometry.wheel_base) * duration_s;
+    if (beginsRow) {
+      Twist twist = twistOverRow(wheelsBefore, wMcBefore, duration_s);
+      addNoise(twist);
+      odometry_.push_back({time_s_, twist});
+    }
+    moveTarget(until);
     time_s_ = until;
   }
 }
 
-Twist World::measuredTwist(const Eigen::Vector2d& wheelsBefore, double duration_s) {
+Twist World::twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isometry3d& wMcBefore,
+                          double duration_s) const {
+  if (!unicycle_) return Motion::fromPoses(wMcBefore, robot_->wMc(), duration_s).twist();
   const Scenario::Odometry& odometry = scenario_.odometry;
-  Eigen::Vector2d velocity = robot_.velocity() - disturbance_;
+  Eigen::Vector2d velocity = robot_->velocity() - disturbance_;
   if (odometry.ticks > 0) {
     const auto counted = [&](const Eigen::Vector2d& wheels) -> Eigen::Vector2d {
       return (wheels / odometry.ticks).array().floor() * odometry.ticks;
@@ -76,22 +84,50 @@ Twist World::measuredTwist(const Eigen::Vector2d& wheelsBefore, double duration_
     velocity =
         robotVelocity((counted(wheels_) - counted(wheelsBefore)) / duration_s, odometry.wheel_base);
   }
-  Twist twist = robot_.cameraTwist(velocity);
+  return robot_->cameraTwist(velocity);
+}
+
+void World::addNoise(Twist& twist) {
+  const Scenario::Odometry& odometry = scenario_.odometry;
   twist.linear *= odometry.scale;
   if (odometry.mode == OdometryMode::measured && !odometry.noise.isZero()) {
     for (double& v : twist.linear) v += odometry.noise[0] * gaussian_(random_);
     for (double& w : twist.angular) w += odometry.noise[1] * gaussian_(random_);
   }
-  return twist;
 }
 
-std::vector<World::TruePoint> World::goal() const {
-  const auto& goal = *scenario_.robot.goal;
-  return seenFrom(robot_.wMcAt({goal.x, goal.y, goal.theta}));
+void World::moveTarget(double until_s) {
+  if (scenario_.target.twist.empty()) return;
+  for (double begin_s = time_s_; begin_s < until_s;) {
+    const double end_s = std::min(until_s, begin_s + kTargetStep_s);
+    const Motion motion = Motion::fromTwist(targetTwist(0.5 * (begin_s + end_s)), end_s - begin_s);
+    const Motion back = motion.inverse();
+    wMo_.translation() += wMo_.linear() * back.t;
+    wMo_.linear() = Eigen::Quaterniond(wMo_.linear() * back.R).normalized().toRotationMatrix();
+    begin_s = end_s;
+  }
 }
 
-std::vector<World::TruePoint> World::seenFrom(const Eigen::Isometry3d& wMc) const {
-  const Eigen::Isometry3d cMo = wMc.inverse() * wMo_;
+Twist World::targetTwist(double time_s) const {
+  const Eigen::VectorXd twist = velocityAt(scenario_.target.twist, time_s, 6);
+  return {twist.head<3>(), twist.tail<3>()};
+}
+
+Twist World::twistRelativeToTarget() const {
+  const Twist camera = robot_->cameraTwist(robot_->velocity()), target = targetTwist(time_s_);
+  const Eigen::Isometry3d pose = cMo();
+  const Eigen::Vector3d w = pose.linear() * target.angular;
+  return {camera.linear - pose.linear() * target.linear - pose.translation().cross(w),
+          camera.angular - w};
+}
+
+Eigen::Isometry3d World::cdMo() const {
+  return makeRobot(scenario_.robot, *scenario_.robot.goal)->wMc().inverse() * wMo_;
+}
+
+std::vector<World::TruePoint> World::goal() const { return seenAt(cdMo()); }
+
+std::vector<World::TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const {
   const bool throughImages = scenario_.sensing.source == Scenario::Source::image;
   std::vector<TruePoint> points;
   for (std::size_t i = 0; i < scenario_.target.points.size(); ++i) {
@@ -133,15 +169,14 @@ std::vector<Eigen::Vector2d> World::pixelErrors() {
 }
 
 void World::expose(DEPTHSERVO_VISP vpImage<unsigned char>& image) {
-  const Eigen::Isometry3d cMo = robot_.wMc().inverse() * wMo_;
   SyntheticView view;
-  view.cMo = cMo;
-  view.twist = robot_.cameraTwist(robot_.velocity());
+  view.cMo = cMo();
+  view.twist = twistRelativeToTarget();
   view.displacement = pixelErrors();
   view.frame = images_++;
   for (std::size_t i = 0; i < scenario_.target.points.size(); ++i) {
     if (!isHidden(i)) continue;
-    if (const auto occluder = camera_.occluderOf(cMo, i)) view.occluders.push_back(*occluder);
+    if (const auto occluder = camera_.occluderOf(view.cMo, i)) view.occluders.push_back(*occluder);
   }
   camera_.render(view, image);
 }

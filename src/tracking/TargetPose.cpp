@@ -5,30 +5,13 @@
 
 #include <cmath>
 
+#include "vispPose.h"
+
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
 #endif
 
 namespace depthservo {
-namespace {
-
-vpHomogeneousMatrix toVisp(const Eigen::Isometry3d& M) {
-  vpHomogeneousMatrix visp;
-  for (unsigned i = 0; i < 3; ++i) {
-    for (unsigned j = 0; j < 4; ++j) visp[i][j] = M.matrix()(i, j);
-  }
-  return visp;
-}
-
-Eigen::Isometry3d fromVisp(const vpHomogeneousMatrix& visp) {
-  Eigen::Isometry3d M = Eigen::Isometry3d::Identity();
-  for (unsigned i = 0; i < 3; ++i) {
-    for (unsigned j = 0; j < 4; ++j) M.matrix()(i, j) = visp[i][j];
-  }
-  return M;
-}
-
-}  // namespace
 
 std::optional<TargetPose::Result> TargetPose::compute(const std::vector<TrackedPoint>& points) {
   std::vector<TrackedPoint> seen;

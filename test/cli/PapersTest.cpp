@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 
 #include "cli/Tool.h"
+#include "servo/TemporaryFolder.h"
 
 namespace depthservo::test {
 namespace {
@@ -19,6 +21,43 @@ TEST(Reproduce, gives_rows_with_stable_ids_that_all_pass) {
   EXPECT_EQ(ids.size(), result.json().size());
   EXPECT_GE(ids.size(), 6u);
   EXPECT_EQ(depthservo("reproduce einstein1905").exitCode, 2);
+}
+
+TEST(Reproduce, out_is_a_folder_with_rows_figures_and_one_page_that_needs_nothing_else) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "papers";
+  const Result result = depthservo("reproduce durand2010 --json --out " + out);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(folder.read("papers/rows.json")), result.json());
+  const std::string page = folder.read("papers/report.html");
+  for (const auto& row : result.json()) {
+    const std::string id = row["id"];
+    EXPECT_NE(page.find(id.substr(id.find('/', id.find('/') + 1) + 1)), std::string::npos) << id;
+    if (row["reproduces"]) continue;
+    EXPECT_NE(page.find(">" + id + "<"), std::string::npos) << id;
+    EXPECT_NE(row["note"], "") << id;
+  }
+  EXPECT_EQ(page.find("src=\"http"), std::string::npos);
+  std::size_t figures = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(out)) {
+    figures += entry.path().extension() == ".png" ? 1 : 0;
+  }
+  std::size_t embedded = 0;
+  for (std::size_t at = 0; (at = page.find("data:image/png", at)) != std::string::npos; ++at) {
+    ++embedded;
+  }
+  EXPECT_EQ(embedded, figures);
+  EXPECT_GE(figures, 3u);
+  EXPECT_EQ(depthservo("reproduce ibuki2023 --out " + out).exitCode, 2) << "exists";
+}
+
+TEST(Reproduce, refused_leaves_nothing) {
+  const TemporaryFolder folder;
+  const Result unknown = depthservo("reproduce einstein1905 --out " + (folder / "out").string());
+  EXPECT_EQ(unknown.exitCode, 2);
+  EXPECT_NE(unknown.err.find("durand2010"), std::string::npos) << unknown.err;
+  EXPECT_EQ(depthservo("reproduce ibuki2023 --out /proc/nowhere/out").exitCode, 2);
+  EXPECT_TRUE(folder.isEmpty());
 }
 
 TEST(Gains, of_the_paper_need_the_frame_rates_it_states) {

@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <string>
+#include <vector>
 
 #include "depthservo/motion/Twist.h"
 #include "depthservo/visp.h"
@@ -23,6 +25,12 @@ class CameraRobot {
 
   /// Velocities applied by the last `drive`; n zeros before.
   virtual Eigen::VectorXd velocity() const = 0;
+
+  /// What the n velocities are, with their units: "v [m/s]".
+  virtual std::vector<std::string> velocityNames() const = 0;
+
+  /// Where the robot is, from above: x, y [m] and direction [rad] in the world.
+  virtual Eigen::Vector3d floorPose() const = 0;
 
   /// Camera twist at the velocities qdot, in the camera frame.
   virtual Twist cameraTwist(const Eigen::VectorXd& velocity) const = 0;

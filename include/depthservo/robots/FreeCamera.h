@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <limits>
 
 #include "depthservo/robots/CameraRobot.h"
@@ -18,6 +19,14 @@ class FreeCamera : public CameraRobot {
 
   Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
+  std::vector<std::string> velocityNames() const override {
+    return {"vx [m/s]", "vy [m/s]", "vz [m/s]", "wx [rad/s]", "wy [rad/s]", "wz [rad/s]"};
+  }
+  /// Of the camera; its direction is that of the optical axis.
+  Eigen::Vector3d floorPose() const override {
+    const Eigen::Vector3d axis = wMc_.linear().col(2);
+    return {wMc_.translation().x(), wMc_.translation().y(), std::atan2(axis.y(), axis.x())};
+  }
   Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
   Eigen::Isometry3d wMc() const override { return wMc_; }
   DEPTHSERVO_VISP vpMatrix eJe() const override;                             ///< 6x6, the identity

@@ -30,6 +30,10 @@ class OmniBase : public CameraRobot {
 
   Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
+  std::vector<std::string> velocityNames() const override {
+    return {"vx [m/s]", "vy [m/s]", "w [rad/s]"};
+  }
+  Eigen::Vector3d floorPose() const override { return {pose_.x, pose_.y, pose_.theta}; }
   Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
   Eigen::Isometry3d wMc() const override;
   DEPTHSERVO_VISP vpMatrix eJe() const override;               ///< 6x3

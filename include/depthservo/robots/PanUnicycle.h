@@ -53,6 +53,10 @@ class PanUnicycle : public CameraRobot {
 
   Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
+  std::vector<std::string> velocityNames() const override {
+    return {"v [m/s]", "w [rad/s]", "pan [rad/s]"};
+  }
+  Eigen::Vector3d floorPose() const override { return {state_.x, state_.y, state_.theta}; }
   Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
   Eigen::Isometry3d wMc() const override { return wMcAt(state_); }
   DEPTHSERVO_VISP vpMatrix eJe() const override;               ///< 6x3

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -29,6 +31,8 @@ struct ReproduceOptions {
 struct Reproduction {
   std::vector<ReproduceRow> rows;
   std::vector<Figure> figures;
+  /// What an experiment is, by the word after the paper's name in its rows' ids.
+  std::map<std::string, std::string> experiments = {};
 };
 
 /// Ibuki, Nakano, Shigaki, Hatanaka, "Sampled visual feedback pose estimation and regulation based
@@ -41,5 +45,34 @@ Reproduction reproduceIbuki2023(const ReproduceOptions& options = {});
 /// perfect data, noise, occlusions of 2 s and 13 s, against De Luca's observer; all over 200 seeds,
 /// `full`: 1000. A few seconds, `full`: half a minute.
 Reproduction reproduceDurand2010(const ReproduceOptions& options = {});
+
+/// De Luca, Oriolo, Robuffo Giordano, "Feature Depth Observation for Image-based Visual Servoing:
+/// Theory and Experiments", IJRR 27(10), 2008: depth in the numerical example and under an arm.
+Reproduction reproduceDeLuca2008(const ReproduceOptions& options = {});
+
+/// A paper whose experiments can be run again.
+struct Paper {
+  const char* name;  ///< as on the command line and in ids
+  const char* citation;
+  Reproduction (*reproduce)(const ReproduceOptions&);
+};
+
+/// In the order of their names.
+const std::vector<Paper>& papers();
+
+/// One JSON array: an object for each row, with the names of its members as keys.
+std::string toJson(const std::vector<ReproduceRow>& rows);
+
+struct ReproducedPaper {
+  Paper paper;
+  Reproduction result;
+};
+
+/// Writes a folder with `rows.json`, every figure as `<paper>-<figure>.png` and, in one
+/// self-contained file, `report.html`; whole or not at all. \param name of the whole
+/// \return whether all figures were drawn (that needs gnuplot)
+/// \throw InputError the place is refused (see requireNewRunFolder) or cannot be written to
+bool writeReproduction(const std::string& name, const std::vector<ReproducedPaper>& reproduced,
+                       const std::filesystem::path& folder);
 
 }  // namespace depthservo

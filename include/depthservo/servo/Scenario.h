@@ -11,6 +11,7 @@
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/RunLog.h"
+#include "depthservo/servo/VelocityProfile.h"
 #include "depthservo/tracking/DotTarget.h"
 
 namespace depthservo {
@@ -23,6 +24,12 @@ const char* toString(EstimatorKind kind);
 /// The estimator of this name, if this version has it; otherwise throws InputError at `place`.
 EstimatorKind availableEstimator(const std::string& name, const InputError::Place& place);
 
+/// Robots that carry the camera: unicycle | pan-unicycle | omni | free.
+enum class RobotKind { unicycle, panUnicycle, omni, free };
+
+/// What computes the command: vpServo | task | profile.
+enum class Law { vpServo, task, profile };
+
 /// Everything a closed-loop run needs. A member is the YAML key of the same name, with its default;
 /// units, ranges and effects of all keys stand in doc/formats.md.
 ///
@@ -30,10 +37,12 @@ EstimatorKind availableEstimator(const std::string& name, const InputError::Plac
 /// rotation Rz(yaw) Ry(pitch) Rx(roll) and map coordinates of the posed frame to the world.
 struct Scenario {
   struct Camera {
-    int width = 640, height = 480;  ///< [px]
-    double fx = 600, fy = 600;      ///< [px]
-    double cx = 319.5, cy = 239.5;  ///< [px]
-    double rate = 30;               ///< images per second [Hz]
+    int width = 640, height = 480;    ///< [px]
+    double fx = 600, fy = 600;        ///< [px]
+    double cx = 319.5, cy = 239.5;    ///< [px]
+    std::vector<double> rate = {30};  ///< images per second, taken in turn [Hz]
+    double jitter = 0;                ///< greatest change of an interval, as a fraction of it [-]
+    double dropped = 0;               ///< probability that an image gets lost [-]
 
     PinholeCamera pinhole() const { return {width, height, fx, fy, cx, cy}; }
   };
@@ -45,41 +54,41 @@ struct Scenario {
     Eigen::Isometry3d isometry() const;
   };
 
-  /// A twist of the target in its own frame, held until a time.
-  struct TwistUntil {
-    double until = 0;                                                     ///< [s]
-    Eigen::Matrix<double, 6, 1> v = Eigen::Matrix<double, 6, 1>::Zero();  ///< [m/s, rad/s]
-  };
-
   struct Target {
-    std::vector<Eigen::Vector3d> points;  ///< centres of the dots, object frame, z = 0 [m]
+    std::vector<Eigen::Vector3d> points;  ///< centres of the dots, object frame [m]
     double radius = 0.02;                 ///< [m]
     /// wMo. The default faces the -x direction of the world: object x is world -y, y is world -z
     /// and z is world x.
     Pose pose{{0, 0, 0.13}, {-1.5707963267948966, 0, -1.5707963267948966}};
-    std::vector<TwistUntil> twist;  ///< empty or zero: the target stands still
+    VelocityProfile twist;  ///< of the target in its own frame; empty: it stands still
 
     DotTarget dots() const { return {points, radius}; }
   };
 
-  /// Pose of the robot on the floor.
-  struct PlanarPose {
-    double x = 0, y = 0;  ///< [m]
+  /// Where a robot is.
+  struct RobotPose {
+    double x = 0, y = 0;  ///< on the floor [m]
     double theta = 0;     ///< [rad], from world x towards y
+    double pan = 0;       ///< of the pan platform [rad]
+    Pose camera;          ///< of a free camera, wMc
   };
 
   struct Limits {
-    double v = 0.5;  ///< [m/s]
-    double w = 1;    ///< [rad/s]
-    double dv = 1;   ///< [m/s^2]
-    double dw = 2;   ///< [rad/s^2]
+    double v = 0.5;                        ///< [m/s]
+    double w = 1;                          ///< [rad/s]
+    double dv = 1;                         ///< [m/s^2]
+    double dw = 2;                         ///< [rad/s^2]
+    double pan = 1;                        ///< rate of the pan platform [rad/s]
+    double pan_min = -3.2, pan_max = 3.2;  ///< its end stops [rad]
   };
 
   struct Robot {
+    RobotKind type = RobotKind::unicycle;
     Eigen::Vector3d camera_offset = Eigen::Vector3d::Zero();  ///< robot frame: x forward, z up [m]
     double camera_yaw = 0;                                    ///< optical axis, about robot z [rad]
-    PlanarPose initial;
-    std::optional<PlanarPose> goal;  ///< this or control.desired
+    double pan_axis = 0.1;  ///< of the pan platform, ahead of the wheel axle [m]
+    RobotPose initial;
+    std::optional<RobotPose> goal;  ///< this or control.desired
     Limits limits;
     double lag = 0;  ///< time constant of the drives [s]; 0: none
   };
@@ -149,6 +158,8 @@ struct Scenario {
     double gain = 0.57;      ///< lambda [1/s]
     double tolerance = 1.5;  ///< rms image error at which the task is done [px]
     Interaction interaction = Interaction::current;
+    Law law = Law::vpServo;
+    VelocityProfile profile;               ///< of the robot, for the law of this name
     std::vector<Eigen::Vector2d> desired;  ///< desired pixels (u, v); empty: seen from robot.goal
   };
 

@@ -33,7 +33,8 @@ class RunWatcher {
 /// another.
 ///
 /// Every image: track the points, observe their depths with the odometry since the last one, let
-/// vpServo compute the command, drive. What can go wrong becomes a safe command and an outcome:
+/// the control law compute the command, drive. What can go wrong becomes a safe command and an
+/// outcome:
 /// - a feature is lost: the command ramps to zero; after a second the run ends, `lost`;
 /// - the command is not finite: the robot stops, `diverged`;
 /// - a dot leaves the image: `left-image`; the camera comes closer than Z_min: `collision`;
@@ -53,6 +54,8 @@ class ServoLoop {
 
  private:
   struct Exposure;
+  void drive(double until_s);
+  void readOdometry();
   void look(double time_s);
   FrameRecord process(const Exposure& exposure);
   void observe(const Exposure& exposure, FrameRecord& record);

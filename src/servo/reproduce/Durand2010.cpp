@@ -310,15 +310,9 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-struct OcclusionCase {
-  const char *id, *claim;
-  WhileHidden what;
-  std::function<PointState(const Run&, int)> start;
-  double rms_px, last_px, completed_s;  // 2 s; 0: no figure
-  double mean_m, max_m;                 // 13 s; 0: no figure
-};
+}  // namespace
 
-std::vector<OcclusionCase> occlusionCases() {
+std::vector<durand2010::OcclusionCase> durand2010::occlusionCases() {
   using W = WhileHidden;
   return {
       {"ls", "Z by least squares, raw image (paper)", W::reconstruct, startLeastSquares, 3.72, 6.44,
@@ -334,6 +328,8 @@ std::vector<OcclusionCase> occlusionCases() {
       {"held-velocity", "velocity held", W::holdVelocity, {}, 0, 0, 15.4, 0, 0},
       {"stop", "robot stopped", W::stop, {}, 0, 0, 17.7, 0, 0}};
 }
+
+namespace {
 
 /// How far the features used are from the true ones while hidden.
 double reconstruction_px(const std::vector<Run>& runs, std::size_t from, std::size_t to) {
@@ -541,6 +537,17 @@ void printRows(Rows& rows) {
   arctan.note = "the robot of the paper's own simulation drives towards -x: it must be atan2";
 }
 
+std::map<std::string, std::string> experiments() {
+  return {
+      {"print", "What cannot hold as printed"},
+      {"noise-free", "The simulation without noise"},
+      {"i", "Simulation (i): perfect data"},
+      {"ii", "Simulation (ii): 1 px noise"},
+      {"iii", "Simulation (iii): images hidden for 7 s <= t < 9 s"},
+      {"long", "Images hidden for 7 s <= t < 20 s"},
+      {"observer", "The observer of De Luca, Oriolo, Robuffo Giordano 2008 on the same images"}};
+}
+
 }  // namespace
 
 Reproduction reproduceDurand2010(const ReproduceOptions& options) {
@@ -566,7 +573,7 @@ Reproduction reproduceDurand2010(const ReproduceOptions& options) {
   returnRows(rows, options.seed, seeds);
   longOcclusionRows(rows, options.seed, seeds);
   observerRows(rows, approach);
-  return {rows.take(), {}};
+  return {rows.take(), figures(options.seed, std::min(seeds, 200U)), experiments()};
 }
 
 }  // namespace depthservo

@@ -7,6 +7,7 @@
 
 #include "depthservo/depth/WindowFit.h"
 #include "depthservo/robots/PanUnicycle.h"
+#include "depthservo/servo/Figure.h"
 
 /// The simulations of Durand Petiteville, Courdesses, Cadenat 2010, section 4, on exact geometry.
 /// The paper leaves open the focal length, the robot's dimensions, the landmark, the depth at the
@@ -78,5 +79,19 @@ struct SampledObserver {
   /// Relative errors of chi at every tick from 1 on, started at Z = 10 m.
   std::vector<double> relativeErrors(const Run& run, int point, int ticks) const;
 };
+
+/// One way to survive the occlusions, with its figures over the seeds.
+struct OcclusionCase {
+  const char *id, *claim;
+  WhileHidden what;
+  std::function<PointState(const Run&, int)> start;
+  double rms_px, last_px, completed_s;  // 2 s; 0: no figure
+  double mean_m, max_m;                 // 13 s; 0: no figure
+};
+
+std::vector<OcclusionCase> occlusionCases();
+
+/// The simulations in pictures.
+std::vector<Figure> figures(unsigned seed, unsigned seeds);
 
 }  // namespace depthservo::durand2010

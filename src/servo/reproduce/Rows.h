@@ -32,6 +32,14 @@ class Rows {
     return rows_.back();
   }
 
+  /// A figure that must agree within an absolute tolerance, such as one in its last digit.
+  ReproduceRow& addWithin(const std::string& id, const std::string& claim, double expected,
+                          double ours, const std::string& unit, double tolerance) {
+    ReproduceRow& row = add(id, claim, expected, ours, unit, 0);
+    row.pass = row.reproduces = std::abs(ours - expected) <= tolerance;
+    return row;
+  }
+
   /// A statistic, which must agree within a factor.
   ReproduceRow& addWithinFactor(const std::string& id, const std::string& claim, double expected,
                                 double ours, const std::string& unit, double factor) {

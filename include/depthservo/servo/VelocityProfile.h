@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace depthservo {
+
+/// Velocities until a time: v + amplitude sin(omega t + phase), component by component, t being the
+/// time of the run. Empty vectors are zero.
+struct VelocitySegment {
+  double until = 0;           ///< [s]
+  Eigen::VectorXd v;          ///< [m/s, rad/s]
+  Eigen::VectorXd amplitude;  ///< of a swing on top [m/s, rad/s]
+  Eigen::VectorXd omega;      ///< its angular frequency [rad/s]
+  Eigen::VectorXd phase;      ///< [rad]
+};
+
+/// Velocities over the whole run; zero after the last segment.
+using VelocityProfile = std::vector<VelocitySegment>;
+
+/// The velocities of a profile at a time [s]. \param size how many there are
+Eigen::VectorXd velocityAt(const VelocityProfile& profile, double time_s, Eigen::Index size);
+
+}  // namespace depthservo

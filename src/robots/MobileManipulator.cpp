@@ -1,0 +1,81 @@
+#include "depthservo/robots/MobileManipulator.h"
+
+#include <cmath>
+
+#include "robots/forwardCamera.h"
+#include "robots/limits.h"
+#include "robots/planarArc.h"
+
+#ifdef VISP_NAMESPACE_NAME
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+
+Eigen::Isometry3d MobileManipulator::wMcAt(const State& state) const {
+  const auto& [mount, column, upperArm, forearm] = geometry_;
+  const double heading = state.theta + state.joints[0];
+  const double raised = state.joints[1] + state.joints[2];
+  const double reach = upperArm * std::cos(state.joints[1]) + forearm * std::cos(raised);
+  const double rise = upperArm * std::sin(state.joints[1]) + forearm * std::sin(raised);
+  const Eigen::Vector3d foot = Eigen::AngleAxisd(state.theta, Eigen::Vector3d::UnitZ()) * mount;
+  const Eigen::Vector3d tip(state.x + foot.x() + reach * std::cos(heading),
+                            state.y + foot.y() + reach * std::sin(heading),
+                            foot.z() + column + rise);
+  return horizontalCamera(tip, heading) * Eigen::AngleAxisd(raised, Eigen::Vector3d::UnitX());
+}
+
+MobileManipulator::Jacobian MobileManipulator::cameraJacobian() const {
+  const auto& [mount, column, upperArm, forearm] = geometry_;
+  const double c1 = std::cos(state_.joints[0]), s1 = std::sin(state_.joints[0]);
+  const double c2 = std::cos(state_.joints[1]), s2 = std::sin(state_.joints[1]);
+  const double e = state_.joints[1] + state_.joints[2];
+  const double ce = std::cos(e), se = std::sin(e);
+  const double reach = upperArm * c2 + forearm * ce, rise = upperArm * s2 + forearm * se;
+  const double aheadByTurn = s1 * mount.x() - c1 * mount.y();
+  const double leftByTurn = c1 * mount.x() + s1 * mount.y();
+  Jacobian J;
+  J.col(0) << s1, se * c1, ce * c1, 0, 0, 0;
+  J.col(1) << -leftByTurn - reach, se * aheadByTurn, ce * aheadByTurn, 0, -ce, se;
+  J.col(2) << -reach, 0, 0, 0, -ce, se;
+  J.col(3) << 0, -se * rise - ce * reach, se * reach - ce * rise, 1, 0, 0;
+  J.col(4) << 0, -forearm, 0, 1, 0, 0;
+  return J;
+}
+
+Twist MobileManipulator::cameraTwist(const Eigen::VectorXd& velocity) const {
+  const Eigen::Matrix<double, 6, 1> twist = cameraJacobian() * Vector5d(velocity);
+  return {twist.head<3>(), twist.tail<3>()};
+}
+
+vpMatrix MobileManipulator::eJe() const {
+  const Jacobian J = cameraJacobian();  // camera x, y, z: e's -y, -z, x
+  vpMatrix visp(6, 5);
+  for (unsigned column = 0; column < 5; ++column) {
+    for (unsigned half = 0; half < 6; half += 3) {
+      visp[half][column] = J(half + 2, column);
+      visp[half + 1][column] = -J(half, column);
+      visp[half + 2][column] = -J(half + 1, column);
+    }
+  }
+  return visp;
+}
+
+vpVelocityTwistMatrix MobileManipulator::cVe() const {
+  return forwardCameraTwistMatrix(Eigen::Vector3d::Zero());
+}
+
+Eigen::VectorXd MobileManipulator::drive(const Eigen::VectorXd& command, double dt) {
+  if (!(dt > 0) || !std::isfinite(dt)) return velocity_;
+  const bool isUsable = command.size() == 5 && command.allFinite();
+  velocity_ = isUsable ? Vector5d(command) : Vector5d::Zero();
+  velocity_ *= commonFactor(velocity_, limits_);
+  const Eigen::Vector2d way = planarArc(velocity_[0] * dt, velocity_[1] * dt, state_.theta);
+  state_.x += way.x();
+  state_.y += way.y();
+  state_.theta += velocity_[1] * dt;
+  state_.joints += velocity_.tail<3>() * dt;
+  return velocity_;
+}
+
+}  // namespace depthservo

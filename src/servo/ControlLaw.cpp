@@ -1,0 +1,128 @@
+#include "servo/ControlLaw.h"
+
+#include <visp3/vs/vpServo.h>
+
+#include <stdexcept>
+
+#include "depthservo/features/TaskFunction.h"
+
+#ifdef VISP_NAMESPACE_NAME
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+namespace {
+
+vpServo::vpServoIteractionMatrixType interactionType(Scenario::Interaction interaction) {
+  switch (interaction) {
+    case Scenario::Interaction::current:
+      return vpServo::CURRENT;
+    case Scenario::Interaction::mean:
+      return vpServo::MEAN;
+    case Scenario::Interaction::desired:
+      return vpServo::DESIRED;
+  }
+  return vpServo::CURRENT;
+}
+
+/// vpServo on the points.
+class PointLaw : public ControlLaw {
+ public:
+  PointLaw(const Scenario& scenario, const ServoGoal& goal, FeaturePointGroup& features)
+      : desired_(features.size()) {
+    const PinholeCamera camera = scenario.camera.pinhole();
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      const Eigen::Vector2d s = camera.normalise(goal.pixels[i].x(), goal.pixels[i].y());
+      desired_[i].buildFrom(s.x(), s.y(), goal.Z[i]);
+      task_.addFeature(features[i], desired_[i]);
+    }
+    task_.setServo(vpServo::EYEINHAND_L_cVe_eJe);
+    task_.setInteractionMatrixType(interactionType(scenario.control.interaction));
+    task_.setLambda(scenario.control.gain);
+  }
+
+  Eigen::VectorXd command(const ControlInput& now) override {
+    task_.set_cVe(now.robot.cVe());
+    task_.set_eJe(now.robot.eJe());
+    const vpColVector qdot = task_.computeControlLaw();
+    return Eigen::Map<const Eigen::VectorXd>(qdot.data, qdot.getRows());
+  }
+
+ private:
+  std::vector<vpFeaturePoint> desired_;
+  vpServo task_;  // after the desired features: its destructor asks them who deallocates them
+};
+
+/// The task function: only depths at the goal enter.
+class TaskLaw : public ControlLaw {
+ public:
+  TaskLaw(const Scenario& scenario, const ServoGoal& goal, const FeaturePointGroup& features)
+      : features_(features),
+        gain_(scenario.control.gain),
+        task_(desiredPoints(scenario, goal), scenario.robot.type == RobotKind::free
+                                                 ? TaskFunction::all()
+                                                 : TaskFunction::planar()) {}
+
+  Eigen::VectorXd command(const ControlInput& now) override {
+    Eigen::VectorXd s(2 * features_.size());
+    for (std::size_t i = 0; i < features_.size(); ++i) {
+      s.segment<2>(static_cast<Eigen::Index>(2 * i)) << features_[i].get_x(), features_[i].get_y();
+    }
+    const vpMatrix J = vpMatrix(now.robot.cVe()) * now.robot.eJe();
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    return task_.command(s, Eigen::Map<const RowMajor>(J.data, J.getRows(), J.getCols()), gain_);
+  }
+
+ private:
+  static std::vector<PointState> desiredPoints(const Scenario& scenario, const ServoGoal& goal) {
+    std::vector<PointState> points;
+    for (std::size_t i = 0; i < goal.pixels.size(); ++i) {
+      const Eigen::Vector2d s =
+          scenario.camera.pinhole().normalise(goal.pixels[i].x(), goal.pixels[i].y());
+      points.push_back({s.x(), s.y(), 1 / goal.Z[i]});
+    }
+    return points;
+  }
+
+  const FeaturePointGroup& features_;
+  double gain_;
+  TaskFunction task_;
+};
+
+/// Given velocities, whatever the image shows; each row of odometry has those of its middle.
+class ProfileLaw : public ControlLaw {
+ public:
+  explicit ProfileLaw(const Scenario& scenario)
+      : profile_(scenario.control.profile), halfRow_s_(0.5 / scenario.odometry.rate) {}
+
+  Eigen::VectorXd command(const ControlInput& now) override {
+    return velocityAt(profile_, now.time_s + halfRow_s_, now.robot.velocity().size());
+  }
+  std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }
+  bool usesFeatures() const override { return false; }
+
+ private:
+  VelocityProfile profile_;
+  double halfRow_s_;
+};
+
+}  // namespace
+
+std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const ServoGoal& goal,
+                                           FeaturePointGroup& features) {
+  switch (scenario.control.law) {
+    case Law::vpServo:
+      return std::make_unique<PointLaw>(scenario, goal, features);
+    case Law::task:
+      try {
+        return std::make_unique<TaskLaw>(scenario, goal, features);
+      } catch (const std::invalid_argument& error) {
+        throw InputError({scenario.file, 0, "control.law"}, std::string("task: ") + error.what());
+      }
+    case Law::profile:
+      return std::make_unique<ProfileLaw>(scenario);
+  }
+  throw std::logic_error("no such law");
+}
+
+}  // namespace depthservo

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+namespace depthservo {
+
+/// Makes a folder, whole or not at all: it is filled under another name beside its place and
+/// renamed at the end. \param fill writes the files into the folder it is given
+/// \throw InputError the place is refused (see requireNewRunFolder) or cannot be written to;
+/// whatever `fill` throws
+void makeFolder(const std::filesystem::path& folder,
+                const std::function<void(const std::filesystem::path&)>& fill);
+
+}  // namespace depthservo

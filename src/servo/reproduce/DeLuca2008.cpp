@@ -1,0 +1,12 @@
+#include "servo/reproduce/DeLuca2008.h"
+
+namespace depthservo {
+
+Reproduction reproduceDeLuca2008(const ReproduceOptions& options) {
+  Rows rows("deluca2008/");
+  std::vector<Figure> figures;
+  deluca2008::addDepthExperiments(rows, figures, options);
+  return {rows.take(), std::move(figures)};
+}
+
+}  // namespace depthservo
