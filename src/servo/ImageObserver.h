@@ -5,6 +5,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "depthservo/depth/PointSetEstimator.h"
@@ -12,12 +13,17 @@
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/sequence/Sequence.h"
+#include "depthservo/servo/Replay.h"
 #include "depthservo/servo/RunLog.h"
 #include "depthservo/tracking/PointTracker.h"
 #include "depthservo/tracking/TargetPose.h"
 #include "depthservo/visp.h"
 
 namespace depthservo {
+
+/// Unless declared otherwise, the observer takes odometry for exact and the filters have their own
+/// default.
+OdometryNoise noiseOf(const ReplayOptions& options);
 
 /// What replay and live have in common: image by image, points are found and their depths observed
 /// with the odometry at hand.

@@ -91,13 +91,15 @@ std::vector<int> allIds(const Sequence& sequence, ReplayTracker tracker) {
   return {ids.begin(), ids.end()};
 }
 
-/// Unless declared otherwise, the observer takes odometry for exact and the filters have their own
-/// default.
+}  // namespace
+
 OdometryNoise noiseOf(const ReplayOptions& options) {
   if (options.odometryNoise) return *options.odometryNoise;
   return options.depth.estimator == EstimatorKind::nonlinear ? OdometryNoise::none()
                                                              : OdometryNoise();
 }
+
+namespace {
 
 EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
   return {options.depth, noiseOf(options), options.odometryScaleSigma, sequence.target()};
