@@ -9,9 +9,12 @@
 namespace depthservo {
 
 ImageObserver::ImageObserver(Parts parts)
-    : parts_(std::move(parts)), odometry_(parts_.odometryCapacity) {
+    : parts_(std::move(parts)),
+      estimator_(makeEstimator(parts_.estimator, parts_.ids.size())),
+      frameRate_(parts_.estimator),
+      odometry_(parts_.odometryCapacity) {
   if (parts_.followed) targetPose_.emplace(*parts_.followed, parts_.camera);
-  for (const int id : parts_.ids) parts_.estimator->setPrior(id, parts_.prior);
+  for (const int id : parts_.ids) estimator_->setPrior(id, parts_.prior);
 }
 
 bool ImageObserver::isCovered(double time_s) {
@@ -23,16 +26,19 @@ FrameRecord ImageObserver::observe(const Input& input) {
   readOdometry(input.time_s);
   const std::vector<TrackedPoint> points = track(input);
   const std::optional<TargetPose::Result> pose = followTarget(input.time_s, points);
-  const Coverage coverage = parts_.estimator->advance(odometry_, input.time_s);
+  const Coverage coverage = estimator_->advance(odometry_, input.time_s);
   noteCoverage(input.time_s, coverage);
   const bool isUsed =
       input.isMotionKnown && coverage != Coverage::afterEnd && coverage != Coverage::reversed;
   if (isUsed) correct(points);
+  if (const auto news = frameRate_.watch(*estimator_)) {
+    events_.push_back({input.time_s, *news});
+  }
 
   FrameRecord record;
   record.time_s = input.time_s;
   for (const int id : parts_.ids) {
-    DepthEstimate estimate = parts_.estimator->estimate(id);
+    DepthEstimate estimate = estimator_->estimate(id);
     if (estimate.status == DepthStatus::unset) continue;
     if (!isUsed) estimate.status = std::min(estimate.status, DepthStatus::coasting);
     const auto point = std::find_if(points.begin(), points.end(),
@@ -65,7 +71,7 @@ std::vector<TrackedPoint> ImageObserver::track(const Input& input) {
   if (parts_.tracker) {
     return parts_.tracker->track(
         *input.image,
-        expectedPoints(*parts_.estimator, parts_.ids, odometry_, input.time_s, parts_.camera));
+        expectedPoints(*estimator_, parts_.ids, odometry_, input.time_s, parts_.camera));
   }
   std::vector<TrackedPoint> points;
   for (const PixelPoint& point : *input.tracks) points.push_back({point.id, point.u, point.v, 0});
@@ -95,7 +101,7 @@ void ImageObserver::correct(const std::vector<TrackedPoint>& points) {
     const double sigma = parts_.pixelNoise_px / parts_.camera.focal_px(s.x(), s.y());
     observations_.push_back({point.id, {s.x(), s.y(), sigma}});
   }
-  parts_.estimator->correct(observations_);
+  estimator_->correct(observations_);
 }
 
 double ImageObserver::trueDepth(const Input& input, const FeatureRecord& feature,

@@ -18,6 +18,8 @@
 #include "depthservo/tracking/PointTracker.h"
 #include "depthservo/tracking/TargetPose.h"
 #include "depthservo/visp.h"
+#include "servo/FrameRateMonitor.h"
+#include "servo/makeEstimator.h"
 
 namespace depthservo {
 
@@ -34,7 +36,7 @@ class ImageObserver {
     double pixelNoise_px = 0.5;  ///< 1 sigma per axis told to the estimator
     std::vector<int> ids;        ///< every id that may be found, ascending
     DepthPrior prior;            ///< of every point
-    std::unique_ptr<PointSetEstimator> estimator;
+    EstimatorSetup estimator;
     std::unique_ptr<PointTracker> tracker;  ///< none: points come with the input
     std::optional<DotTarget> followed;      ///< its pose tells how the camera moves; none: rows do
     std::size_t odometryCapacity = 1024;    ///< rows kept
@@ -67,7 +69,7 @@ class ImageObserver {
   /// What happened since the last call.
   std::vector<Event> takeEvents() { return std::exchange(events_, {}); }
 
-  std::size_t refusedRows() const { return odometry_.refused(); }
+  const std::optional<FrameRateReport>& frameRate() const { return frameRate_.report(); }
 
  private:
   void readOdometry(double time_s);
@@ -80,6 +82,8 @@ class ImageObserver {
   void noteCoverage(double time_s, Coverage coverage);
 
   Parts parts_;
+  std::unique_ptr<PointSetEstimator> estimator_;
+  FrameRateMonitor frameRate_;
   std::optional<TargetPose> targetPose_;
   std::optional<CameraPose> lastPose_;
   std::deque<OdometryRow> waiting_;

@@ -37,8 +37,9 @@ ImageObserver::Parts partsOf(const LiveOptions& options, bool followsTarget) {
   for (std::size_t i = 0; i < count; ++i) parts.ids.push_back(static_cast<int>(i));
   parts.prior = DepthPrior{o.depth.initial};
   if (o.priorSigma_Z) parts.prior.sigma_chi = *o.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
-  parts.estimator =
-      makeEstimator({o.depth, noiseOf(o), o.odometryScaleSigma, options.target}, count);
+  parts.estimator = {o.depth, noiseOf(o), o.odometryScaleSigma, options.target};
+  if (options.rate > 0) parts.estimator.frameRate = options.rate;
+  parts.estimator.sigma = o.pixelNoise_px / options.camera.focal_px();
   parts.tracker = trackerOf(options);
   if (followsTarget) parts.followed = options.target;
   parts.odometryCapacity = kOdometryRows;
@@ -193,6 +194,7 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
                      images_.whyEnded().empty() ? "no image" : "no image: " + images_.whyEnded());
   }
   if (options_.keepsLog) keep("last");
+  log.frameRate = observer.frameRate();
   if (!images_.whyEnded().empty()) log.events.push_back({last_s, images_.whyEnded()});
   if (twists_) {
     const TwistStream::Counts& c = twists_->counts();

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "depthservo/tracking/DotTracker.h"
+#include "depthservo/tracking/KnownTargetEstimator.h"
 #include "servo/ImageObserver.h"
 #include "servo/makeEstimator.h"
 
@@ -17,6 +18,9 @@ using namespace VISP_NAMESPACE_NAME;
 
 namespace depthservo {
 namespace {
+
+/// Of a sequence with one image [Hz].
+constexpr double kUsualRate = 30;
 
 [[noreturn]] void refuse(const Sequence& sequence, const std::string& message) {
   throw InputError({sequence.folder(), 0, ""}, message);
@@ -101,8 +105,31 @@ OdometryNoise noiseOf(const ReplayOptions& options) {
 
 namespace {
 
+/// Images per second, by the median of their distances [Hz].
+double frameRate(const Sequence& sequence) {
+  std::vector<double> periods;
+  for (std::size_t k = 1; k < sequence.frames().size(); ++k) {
+    periods.push_back(sequence.frames()[k].time_s - sequence.frames()[k - 1].time_s);
+  }
+  if (periods.empty()) return kUsualRate;
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+  std::nth_element(periods.begin(), middle, periods.end());
+  return 1 / *middle;
+}
+
 EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
-  return {options.depth, noiseOf(options), options.odometryScaleSigma, sequence.target()};
+  EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
+                       sequence.target()};
+  setup.frameRate = frameRate(sequence);
+  setup.sigma = options.pixelNoise_px / sequence.camera().focal_px();
+  if (setup.depth.estimator == EstimatorKind::pose) {
+    if (const auto why = whyNoTarget(setup.target.points)) {
+      refuse(sequence, fmt::format("the estimator 'pose' needs a known target: {}; give "
+                                   "'target: {{type: dots, points: [...]}}' in sequence.yaml",
+                                   *why));
+    }
+  }
+  return setup;
 }
 
 /// One replay under way.
@@ -128,6 +155,7 @@ class Replayer {
       for (Event& event : observer_.takeEvents()) log_.events.push_back(std::move(event));
       if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(count));
     }
+    log_.frameRate = observer_.frameRate();
     return std::move(log_);
   }
 
@@ -141,7 +169,7 @@ class Replayer {
     if (options.priorSigma_Z) {
       parts.prior.sigma_chi = *options.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
     }
-    parts.estimator = makeEstimator(setupOf(sequence_, options), parts.ids.size());
+    parts.estimator = setupOf(sequence_, options);
     if (trackerKind_ == ReplayTracker::dots) parts.tracker = makeTracker(sequence_);
     if (motionKind_ == ReplayMotion::target) parts.followed = sequence_.target();
     parts.odometryCapacity = std::max(
