@@ -116,10 +116,13 @@ struct ServoLoop::Parts {
         odometry(4096, 1 / s.odometry.rate),
         features(*makeEstimator(setupOf(s, world), s.target.points.size()), s.target.points.size()),
         frameRate(setupOf(s, world), coupledGain(s)),
-        diagnosis(s.target.points.size(), s.odometry.declaredNoise(),
-                  s.sensing.assumedNoise_px() / camera.focal_px(), {s.depth.initial},
-                  s.depth.range()),
-        judge(s) {}
+        judge(s) {
+    if (s.depth.estimator != EstimatorKind::pose) {
+      diagnosis.emplace(s.target.points.size(), s.odometry.declaredNoise(),
+                        s.sensing.assumedNoise_px() / camera.focal_px(),
+                        DepthPrior{s.depth.initial}, s.depth.range());
+    }
+  }
 
   Scenario scenario;
   PinholeCamera camera;
@@ -136,7 +139,7 @@ struct ServoLoop::Parts {
 
   FeaturePointGroup features;
   FrameRateMonitor frameRate;
-  SelfDiagnosis diagnosis;
+  std::optional<SelfDiagnosis> diagnosis;  // none of a known target, which may move
   std::vector<PointObservation> observations;
   std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
 
@@ -237,7 +240,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
       }
     }
   }
-  p.log.diagnosis = p.diagnosis.result();
+  if (p.diagnosis) p.log.diagnosis = p.diagnosis->result();
   p.log.joint = jointStatesOf(p.features.estimator());
   p.log.hasOutcome = true;
   p.log.outcome = verdict->outcome;
@@ -329,13 +332,15 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
   }
   p.log.timings[2].second.push_back(watch.lap());
   if (const auto news = p.frameRate.watch(estimator)) note(exposure.time_s, *news);
-  if (const auto news = p.diagnosis.see(exposure.time_s, p.odometry, p.observations)) {
-    note(exposure.time_s, *news);
+  if (p.diagnosis) {
+    const auto news = p.diagnosis->see(exposure.time_s, p.odometry, p.observations);
+    if (news) note(exposure.time_s, *news);
   }
 
   for (std::size_t i = 0; i < p.features.size(); ++i) {
-    const DepthEstimate estimate = p.diagnosis.honest(estimator.estimate(p.ids[i]));
+    DepthEstimate estimate = estimator.estimate(p.ids[i]);
     if (estimate.status == DepthStatus::unset) continue;
+    if (p.diagnosis) estimate = p.diagnosis->honest(estimate);
     const auto point = std::find_if(points.begin(), points.end(), [&](const TrackedPoint& found) {
       return found.id == p.ids[i];
     });
@@ -343,8 +348,11 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
     const Eigen::Vector2d pixel =
         isMeasured ? Eigen::Vector2d(point->u, point->v) : p.camera.toPixel(estimate.x, estimate.y);
     const World::TruePoint& truth = exposure.truth[i];
-    record.features.push_back({p.ids[i], pixel.x(), pixel.y(), isMeasured, estimate, truth.Z,
-                               truth.u, truth.v, p.diagnosis.framesTo5Percent(estimate)});
+    record.features.push_back(
+        {p.ids[i], pixel.x(), pixel.y(), isMeasured, estimate, truth.Z, truth.u, truth.v});
+    if (p.diagnosis) {
+      record.features.back().frames_to_5pct = p.diagnosis->framesTo5Percent(estimate);
+    }
     if (isMeasured != p.wasMeasured[i]) {
       note(exposure.time_s, fmt::format("{} {} {}", p.tags ? "corner" : "dot", i,
                                         isMeasured ? "seen again" : "hidden"));
