@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "depthservo/tracking/KnownTargetEstimator.h"
 #include "sequence/StrictYaml.h"
 #include "servo/Fields.h"
 #include "servo/makeRobot.h"
@@ -32,7 +33,7 @@ const std::vector<Choice<EstimatorKind>>& estimators() {
       {EstimatorKind::constant, "constant"},  {EstimatorKind::trueDepth, "true"},
       {EstimatorKind::twoFrame, "two-frame"}, {EstimatorKind::nonlinear, "nonlinear"},
       {EstimatorKind::window, "window"},      {EstimatorKind::filter, "filter"},
-      {EstimatorKind::joint, "joint"},        {EstimatorKind::pose, "pose", false},
+      {EstimatorKind::joint, "joint"},        {EstimatorKind::pose, "pose"},
   };
   return all;
 }
@@ -213,6 +214,10 @@ void describe(Fields& f, Scenario::Depth& depth) {
     gains.number("W_min", depth.gains.W_min, Range::above(0, 10), "m/s");
     gains.number("k", depth.gains.k, Range::above(0, 1e6), "1/s");
     gains.number("k_3", depth.gains.k_3, {0, 1e12}, "1/m^2");
+  });
+  f.section("pose", Need::optional, [&](Fields& pose) {
+    pose.number("ke", depth.pose.ke, Range::above(0, 1000), "1/s");
+    pose.number("kappa", depth.pose.kappa, Range::above(0, 100), "m/s, rad/s");
   });
 }
 
@@ -718,6 +723,10 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
   if (depth.object && depth.estimator != EstimatorKind::nonlinear) {
     refuse("depth.object",
            fmt::format("needs depth.estimator: nonlinear, not {}", toString(depth.estimator)));
+  }
+  if (depth.estimator == EstimatorKind::pose) {
+    if (const auto why = whyNoTarget(points))
+      refuse("target.points", fmt::format("depth.estimator: pose needs more: {}", *why));
   }
   if (depth.gains.k.has_value() != depth.gains.k_3.has_value()) {
     refuse("depth.gains", "k and k_3 go together; give both, or settling and W_min");
