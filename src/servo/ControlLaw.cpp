@@ -60,7 +60,7 @@ class PointLaw : public ControlLaw {
       : desired_(features.size()) {
     const std::vector<PointState> points = desiredPoints(scenario, goal);
     for (std::size_t i = 0; i < features.size(); ++i) {
-      desired_[i].buildFrom(points[i].x, points[i].y, 1 / points[i].chi);
+      desired_[i].buildFrom(points[i].x, points[i].y, goal.Z[i]);
       task_.addFeature(features[i], desired_[i]);
     }
     setUp(task_, scenario.control);
