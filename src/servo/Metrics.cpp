@@ -5,6 +5,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "servo/unexcited.h"
+
 namespace depthservo {
 namespace {
 
@@ -69,12 +71,16 @@ Metrics computeMetrics(const RunLog& log) {
     double lastMeasured_s = 0;
   };
   std::map<int, Story> stories;
+  double lastFrame_s = log.frames.front().time_s;
   for (const FrameRecord& frame : log.frames) {
     for (const FeatureRecord& feature : frame.features) {
       if (feature.estimate.status == DepthStatus::unset) continue;
       const auto [found, isNew] = stories.try_emplace(feature.id);
       auto& [point, lastMeasured_s] = found->second;
       if (isNew) lastMeasured_s = frame.time_s;
+      if (!isNew && feature.estimate.status == DepthStatus::unexcited) {
+        point.unexcited_s += frame.time_s - lastFrame_s;
+      }
       point.id = feature.id;
       point.Z = feature.estimate.Z();
       point.sigma_Z = feature.estimate.sigma_Z();
@@ -91,6 +97,10 @@ Metrics computeMetrics(const RunLog& log) {
       }
       if (feature.measured) lastMeasured_s = frame.time_s;
     }
+    lastFrame_s = frame.time_s;
+  }
+  for (const UnexcitedPeriod& period : unexcitedPeriods(log)) {
+    stories[period.point].point.unexcited_because = period.because;
   }
   for (const auto& [id, story] : stories) {
     metrics.points.push_back(story.point);
@@ -174,7 +184,12 @@ std::string toJson(const RunLog& log) {
                       {"frames_to_5pct", point.frames_to_5pct},
                       {"time_to_5pct_s", point.time_to_5pct_s},
                       {"measured_frames", point.measured_frames},
-                      {"hidden_frames", point.hidden_frames}});
+                      {"hidden_frames", point.hidden_frames},
+                      {"unexcited_s", point.unexcited_s},
+                      {"unexcited_because", nullptr}});
+    if (!point.unexcited_because.empty()) {
+      points.back()["unexcited_because"] = point.unexcited_because;
+    }
   }
   Json json = {{"command", log.command}, {"name", log.name}, {"seed", log.seed}};
   if (log.hasOutcome) json["outcome"] = toString(log.outcome);

@@ -81,6 +81,9 @@ std::string runJson(const RunLog& log) {
   json["camera"] = {{"width", log.camera.width}, {"height", log.camera.height},
                     {"fx", log.camera.fx},       {"fy", log.camera.fy},
                     {"cx", log.camera.cx},       {"cy", log.camera.cy}};
+  if (const LensDistortion& d = log.camera.distortion; !d.isNone()) {
+    json["camera"]["distortion"] = {d.k1(), d.k2(), d.p1(), d.p2(), d.k3()};
+  }
   json["command_names"] = log.commandNames;
   json["goals"] = Json::array();
   for (const Eigen::Vector2d& goal : log.goals) json["goals"].push_back({goal.x(), goal.y()});

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
 #include <optional>
 
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/depth/PointSetEstimator.h"
+#include "depthservo/servo/Replay.h"
 #include "depthservo/servo/Scenario.h"
 
 namespace depthservo {
@@ -18,7 +20,16 @@ struct EstimatorSetup {
   double frameRate = 30;          ///< images per second [Hz]; for the gain of `pose`
   double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
   double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
+
+  std::optional<Eigen::Isometry3d> coupledGoal = {};  ///< of the coupled regulation with `pose`
+  double couplingStep_s = 0.005;                      ///< its odometry step [s]
+
+  /// Of a scenario, but for the coupled goal, which takes a world.
+  static EstimatorSetup of(const Scenario& scenario);
 };
+
+/// As a replay asks for. \throw InputError the sequence lacks what the estimator needs
+EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options);
 
 /// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at
 /// this frame rate, for the target as seen from the front at the first guess of its distance.

@@ -18,6 +18,8 @@ struct PointMetrics {
   double frames_to_5pct = kUnknown;  ///< forecast at the end: images until sigma_Z is 5 % of Z
   double time_to_5pct_s = kUnknown;  ///< when it first was, from the first frame [s]
   std::size_t measured_frames = 0, hidden_frames = 0;
+  double unexcited_s = 0;         ///< time in which the camera's motion told nothing of it
+  std::string unexcited_because;  ///< of the last second or more of that; empty: none so long
 };
 
 /// The figures of a run or a replay. Whatever the log cannot tell is kUnknown.

@@ -12,6 +12,7 @@
 #include "depthservo/depth/ConsistencyMonitor.h"
 #include "depthservo/depth/FrameRateConditions.h"
 #include "depthservo/depth/JointDepthFilter.h"
+#include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
 
@@ -81,6 +82,15 @@ struct JointStates {
   std::vector<std::string> sentences(double focal_px) const;
 };
 
+/// What the observed depths of an AprilTag's corners say of its size.
+struct TagRecord {
+  int id = 0;
+  double size = kUnknown;           ///< as given [m]
+  double observed_size = kUnknown;  ///< as observed at the end [m]
+  double sigma = kUnknown;          ///< 1 sigma of that [m]
+  bool disagrees = false;           ///< both sizes were apart by more than both sigmas
+};
+
 /// What the frame rate that was met means for the gain of the estimator `pose`.
 struct FrameRateReport {
   double ke = 0, kappa = 0;  ///< [1/s], [m/s, rad/s]
@@ -100,7 +110,10 @@ struct RunLog {
   std::vector<std::string> commandNames;  ///< "v [m/s]", "w [rad/s]"
   std::vector<FrameRecord> frames;
   std::vector<Event> events;
+  std::vector<OdometryRow> odometry;         ///< as the estimator was told; of a replay
   std::optional<FrameRateReport> frameRate;  ///< with the estimator `pose` only
+
+  std::vector<TagRecord> tags;  ///< by index in the target; empty without tags
 
   bool hasOutcome = false;  ///< a run has one, a replay has not
   Outcome outcome = Outcome::timeout;
