@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "depthservo/depth/DepthGains.h"
 #include "sequence/StrictYaml.h"
 #include "servo/Fields.h"
 #include "servo/makeRobot.h"
@@ -683,6 +684,10 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
   }
   if (depth.gains.k.has_value() != depth.gains.k_3.has_value()) {
     refuse("depth.gains", "k and k_3 go together; give both, or settling and W_min");
+  }
+  if (depth.gains.k_3) {
+    const std::string objection = DepthGains::objection(*depth.gains.k_3, kGainExcitation, fastest);
+    if (!objection.empty()) refuse("depth.gains.k_3", objection);
   }
   const auto& desired = s.control.desired;
   const bool needsGoal = s.control.law != Law::profile;

@@ -82,5 +82,54 @@ TEST(Gains, left_out_are_designed_for_the_frame_rate) {
   EXPECT_EQ(depthservo("gains --law jedi --fps 60").exitCode, 2);
 }
 
+TEST(Gains, of_the_depth_observer_are_designed_by_settling_time) {
+  const Result result =
+      depthservo("gains --law depth --settling 1.0 --excitation 0.1 --fps 30 --focal 1096 --json");
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const auto json = result.json();
+  EXPECT_NEAR(json["k1"], 2 * 5.83, 1e-9);
+  EXPECT_NEAR(json["k3_normalised"], 5.83 * 5.83 / 0.01, 1e-6);
+  EXPECT_NEAR(json["k3_pixel"], 5.83 * 5.83 / 0.01 / 1096 / 1096, 1e-9);
+  EXPECT_NEAR(json["damping"], 1, 1e-9);
+  EXPECT_GT(json["sigma_Z"]["value"], 0);
+  EXPECT_TRUE(json["stability"]["flow_poles"]["margin"].is_null()) << "without bound";
+  const auto text = depthservo("gains --law depth --settling 1.0 --fps 30");
+  EXPECT_EQ(text.exitCode, 0);
+  EXPECT_NE(text.out.find("focal_px^2"), std::string::npos) << text.out;
+}
+
+TEST(Gains, of_the_paper_are_unstable_by_eulers_method_at_30_Hz) {
+  const Result result = depthservo(
+      "gains --law depth --k 48 --k3-px 0.0366 --focal 1096 --excitation 0.2 --fps 30 --json");
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const auto stability = result.json()["stability"];
+  EXPECT_NEAR(stability["euler"]["greatest_excitation"], 0.181, 1e-3);
+  EXPECT_NEAR(stability["flow_euler"]["greatest_excitation"], 0.128, 1e-3);
+  EXPECT_EQ(stability["euler"]["stable"], false);
+  EXPECT_EQ(stability["flow_poles"]["stable"], true);
+}
+
+TEST(Gains, in_the_wrong_unit_are_refused_and_the_message_says_so) {
+  for (const std::string& arguments :
+       {std::string("gains --law depth --k 48 --k3-px 44000 --focal 1096 --fps 30"),
+        "run " + data("scenarios/unicycle-deadlock.yaml") + " --set depth.gains.k_3=5e10"}) {
+    const Result result = depthservo(arguments);
+    EXPECT_EQ(result.exitCode, 2) << arguments;
+    EXPECT_NE(result.err.find("wrong unit"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("focal_px^2"), std::string::npos) << result.err;
+    EXPECT_TRUE(result.out.empty());
+  }
+}
+
+TEST(Gains, of_the_depth_observer_refuse_what_cannot_be_meant) {
+  for (const char* arguments : {"--fps 30", "--settling 1 --k 3 --k3 4 --fps 30", "--k 3 --fps 30",
+                                "--settling 0.05 --fps 30", "--settling -1 --fps 30",
+                                "--k 48 --k3-px 1 --fps 30", "--settling 1 --fps 0"}) {
+    const Result result = depthservo(std::string("gains --law depth ") + arguments);
+    EXPECT_EQ(result.exitCode, 2) << arguments;
+    EXPECT_TRUE(result.out.empty()) << arguments;
+  }
+}
+
 }  // namespace
 }  // namespace depthservo::test
