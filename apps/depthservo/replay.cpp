@@ -21,8 +21,13 @@ struct ReplayArguments {
   std::string observe = "depth";
   SequenceOptions source;
   double pixelNoise_px = 0;
+<<<<<<< HEAD
   std::vector<double> odometryNoise, focalGains;
   std::optional<double> odometryScaleSigma;
+=======
+  std::vector<double> odometryNoise;
+  std::optional<double> odometryScaleSigma, ke;
+>>>>>>> main
   bool update = false, json = false;
 };
 
@@ -79,6 +84,7 @@ ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequen
   if (options.depth.estimator == EstimatorKind::trueDepth) {
     refuse("--estimator", "'true' is for simulated runs; use constant, or let it be observed");
   }
+  if (arguments.ke) options.depth.pose.ke = arguments.ke;
   if (!arguments.prior.empty()) readPrior(arguments.prior, options);
   if (arguments.odometryNoise.size() == 2) {
     const double sigma_v = arguments.odometryNoise[0], sigma_w = arguments.odometryNoise[1];
@@ -198,6 +204,9 @@ void addReplay(CLI::App& app, int& exitCode) {
       ->add_option("--estimator", a->estimator,
                    "constant | two-frame | nonlinear | window | filter (default) | joint")
       ->type_name("NAME");
+  command->add_option("--ke", a->ke, "Gain of the estimator pose [1/s]; default: by the frame rate")
+      ->type_name("KE")
+      ->check(CLI::PositiveNumber);
   command
       ->add_option("--prior", a->prior, "First guess of every depth [m], with its sigma if known")
       ->type_name("Z[:SIGMA]");

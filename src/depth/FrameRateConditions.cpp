@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -117,6 +118,18 @@ void checkDesign(double fps, double kappa, double delta, const std::optional<dou
   checkTask(delta, kappa, U0.value_or(0));
 }
 
+/// Least gamma with which (17b) holds for x = ke/fps, where there is one.
+double leastObserverGamma(double x, const SampledGains& g) {
+  const double root2 = std::sqrt(2.0), E = std::expm1(x);
+  return E * g.kappa * (2 * g.delta + 2 * root2) / (g.ke * (g.delta - 2 * root2 * E));
+}
+
+/// The same for (28b).
+double leastRegulationGamma(double x, const SampledGains& g) {
+  const double q = 2 * std::sqrt(5.0) / (kC * g.delta), E = std::expm1(2 * x);
+  return E * g.kappa * (1 + q) / (g.ke * (1 - std::sqrt(2.0) * q * E));
+}
+
 double observerRate(double ke, double delta) { return 2 * ke * (1 + delta) / delta; }
 
 }  // namespace
@@ -174,8 +187,8 @@ GainDesign designObserver(double fps, double kappa, double delta, std::optional<
   const double root2 = std::sqrt(2.0);
   const auto at = [&](double x) {
     g.ke = x * fps;
+    g.gamma = leastObserverGamma(x, g);
     const double E = std::expm1(x);
-    g.gamma = E * kappa * (2 * delta + 2 * root2) / (g.ke * (delta - 2 * root2 * E));
     if (U0) g.gamma = std::max(g.gamma, E * (2 * kappa / g.ke + 2 * std::sqrt(2 * g.U0)));
     return observerBound(g);
   };
@@ -194,8 +207,8 @@ GainDesign designRegulation(double fps, double kappa, double delta, std::optiona
   const double q = 2 * std::sqrt(5.0) / (kC * delta);
   const auto at = [&](double x) {
     g.ke = x * fps;
+    g.gamma = leastRegulationGamma(x, g);
     const double E = std::expm1(2 * x);
-    g.gamma = E * kappa * (1 + q) / (g.ke * (1 - std::sqrt(2.0) * q * E));
     if (U0) g.gamma = std::max(g.gamma, E * (kappa / g.ke + std::sqrt(5 * g.U0)));
     return regulationBound(g);
   };
@@ -216,6 +229,47 @@ double likelyObserverGain(double fps, double kappa, double sigma_pose) {
     return lag * lag + sigma_pose * sigma_pose * x / (2 - x);
   };
   return fps * minimise(0, 0.5, squaredError);
+}
+
+const char* toString(FrameRateVerdict verdict) {
+  switch (verdict) {
+    case FrameRateVerdict::guaranteed:
+      return "guaranteed";
+    case FrameRateVerdict::likely:
+      return "likely";
+    case FrameRateVerdict::tooSlow:
+      return "too slow";
+  }
+  return "";
+}
+
+FrameRateCheck checkFrameRate(double fps, double ke, double kappa, double delta,
+                              std::optional<double> kc) {
+  require(fps > 0, "the frame rate must be positive", fps);
+  // Conditions that do not contain gamma need some value for it.
+  SampledGains g{kc.value_or(0), ke, delta, 1, kappa, 0};
+  FrameRateCheck check;
+  check.fps = fps;
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double step = ke / fps;
+  if (kc) {
+    const RegulationConditions c = regulationConditions(g);
+    const double feasible = 2 * ke / std::log1p(kC * delta / (2 * std::sqrt(10.0)));
+    check.required_fps = c.eq23 ? std::max(*c.eq23, kappa > 0 ? feasible : 0) : infinity;
+    check.true_limit_fps = c.true_limit_fps;
+    g.gamma = leastRegulationGamma(step, g);
+  } else {
+    const double feasible = ke / std::log1p(delta / (2 * std::sqrt(2.0)));
+    check.required_fps = std::max(observerRate(ke, delta), kappa > 0 ? feasible : 0);
+    check.true_limit_fps = ke / 2;
+    g.gamma = leastObserverGamma(step, g);
+  }
+  const bool isGuaranteed = fps >= (1 - kFrameRateRounding) * check.required_fps;
+  check.verdict = isGuaranteed                 ? FrameRateVerdict::guaranteed
+                  : fps > check.true_limit_fps ? FrameRateVerdict::likely
+                                               : FrameRateVerdict::tooSlow;
+  check.bound = !isGuaranteed ? infinity : kc ? regulationBound(g) : observerBound(g);
+  return check;
 }
 
 }  // namespace depthservo

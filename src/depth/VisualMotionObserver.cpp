@@ -383,7 +383,7 @@ void VisualMotionObserver::accept(const Step& step) {
   } else {
     e_e_ = step.error;
     if (isStarted_) {
-      P_ = covariance();
+      P_ = covariance(corrected_);
       lag_ += std::min(1.0, options_.ke * elapsed_s_) * (e_e_ - lag_);
       longestGap_s_ = std::max(longestGap_s_, elapsed_s_);
     } else {
@@ -393,6 +393,7 @@ void VisualMotionObserver::accept(const Step& step) {
     corrected_ = 0;
   }
   C_ = step.covariance;
+  residual_ = step.residual;
   elapsed_s_ = 0;
   refusals_ = 0;
   isStarted_ = hasGuess_ = true;
@@ -411,42 +412,40 @@ void VisualMotionObserver::refuse(ImageVerdict verdict) {
   isStarted_ = false;
 }
 
-/// Of the estimate's error now, from pixel noise: that of the pose before the last image and that
-/// of the image, mixed as far as the correction has come.
-Matrix6d VisualMotionObserver::covariance() const {
-  return squared(1 - corrected_) * P_ + squared(corrected_) * C_;
+/// Of the estimate's error from pixel noise: that of the pose before the last image and that of the
+/// image, mixed as far as the correction has come.
+Matrix6d VisualMotionObserver::covariance(double corrected) const {
+  return squared(1 - corrected) * P_ + squared(corrected) * C_;
 }
 
-double VisualMotionObserver::variance(const Vector6d& J_out_error) const {
-  const double unmeasured = std::max(1.0, options_.ke * elapsed_s_);
-  return J_out_error.dot(covariance() * J_out_error) + squared(unmeasured * J_out_error.dot(lag_));
-}
-
-DepthEstimate VisualMotionObserver::estimate(int id) const {
+/// The point where this pose has it, with the sigmas of that time; its status does not change,
+/// unless it is out of sight.
+DepthEstimate VisualMotionObserver::estimateAt(const Instant& instant, int id) const {
   DepthEstimate e;
-  e.chi = range_.clampChi(e.chi);
-  if (!isKnown(id)) return e;
   const Eigen::Vector3d& p = points_[static_cast<std::size_t>(id)];
-  const Measured& measured = measured_[static_cast<std::size_t>(id)];
-  const Eigen::Vector3d cP = cMo_ * p;
-  const bool isAhead = cP.z() >= range_.Z_min;
+  const Eigen::Vector3d cP = instant.cMo * p;
   const double chi = 1 / std::max(cP.z(), range_.Z_min);
-  const bool isMeasured = isOnImage_ && measured.isSeen;
-  e.x = isMeasured ? measured.point.x : chi * cP.x();
-  e.y = isMeasured ? measured.point.y : chi * cP.y();
+  e.x = chi * cP.x();
+  e.y = chi * cP.y();
   e.chi = range_.clampChi(chi);
   if (phase_ == Phase::unset) return e;
 
-  const Eigen::Matrix3d& R = cMo_.linear();
+  const Matrix6d noise = covariance(instant.corrected);
+  const double unmeasured = std::max(1.0, options_.ke * instant.elapsed_s);
+  const auto variance = [&](const Vector6d& J) {
+    return J.dot(noise * J) + squared(unmeasured * J.dot(lag_));
+  };
+  const Eigen::Matrix3d R = instant.cMo.linear();
   const Eigen::Vector3d sight = R.row(2).transpose();
-  const double sigma_Z = std::sqrt(variance(byPoseError(sight, p)));
   const double var_x = variance(byPoseError(chi * (R.row(0).transpose() - e.x * sight), p));
   const double var_y = variance(byPoseError(chi * (R.row(1).transpose() - e.y * sight), p));
+  const double sigma_Z = std::sqrt(variance(byPoseError(sight, p)));
   e.sigma_chi = std::min(squared(e.chi) * sigma_Z, DepthPrior::kLargestSigma_chi);
-  const double sigma_xy = isMeasured ? measured.point.sigma : std::sqrt(0.5 * (var_x + var_y));
-  e.sigma_xy = std::min(sigma_xy, PointMeasurement::kLargestSigma);
+  e.sigma_xy = std::min(std::sqrt(0.5 * (var_x + var_y)), PointMeasurement::kLargestSigma);
 
-  const bool isHidden = !isMeasured || phase_ == Phase::coasting;
+  const Measured& measured = measured_[static_cast<std::size_t>(id)];
+  const bool isHidden = !isOnImage_ || !measured.isSeen || phase_ == Phase::coasting;
+  const bool isAhead = cP.z() >= range_.Z_min;
   if (phase_ == Phase::lost || !isAhead || (isHidden && e.sigma_xy > kLostSigma)) {
     e.status = DepthStatus::lost;
   } else if (isHidden) {
@@ -456,6 +455,39 @@ DepthEstimate VisualMotionObserver::estimate(int id) const {
   } else {
     const bool isPrecise = e.sigma_chi < kValidRelativeSigma * e.chi;
     e.status = isPrecise ? DepthStatus::valid : DepthStatus::converging;
+  }
+  return e;
+}
+
+DepthEstimate VisualMotionObserver::estimate(int id) const {
+  if (!isKnown(id)) {
+    DepthEstimate unknown;
+    unknown.chi = range_.clampChi(unknown.chi);
+    return unknown;
+  }
+  DepthEstimate e = estimateAt({cMo_, elapsed_s_, corrected_}, id);
+  const Measured& measured = measured_[static_cast<std::size_t>(id)];
+  if (isOnImage_ && measured.isSeen) {
+    e.x = measured.point.x;
+    e.y = measured.point.y;
+    e.sigma_xy = measured.point.sigma;
+  }
+  return e;
+}
+
+DepthEstimate VisualMotionObserver::estimate(int id, const MotionBuffer& odometry,
+                                             double time_s) const {
+  const auto [motion, coverage] = odometry.motion(time_s_, time_s);
+  if (!isKnown(id) || coverage != Coverage::complete || !(motion.dt > 0)) return estimate(id);
+  const Eigen::Isometry3d later = moved(motion);
+  if (!isPose(later)) return estimate(id);
+  const double share = options_.ke * std::min(motion.dt, heldFor());
+  DepthEstimate e = estimateAt({later, elapsed_s_ + motion.dt, corrected_ + share}, id);
+  const Measured& measured = measured_[static_cast<std::size_t>(id)];
+  if (isOnImage_ && measured.isSeen) {  // from where it was seen, as the model moves it
+    const DepthEstimate then = estimateAt({cMo_, elapsed_s_, corrected_}, id);
+    e.x += measured.point.x - then.x;
+    e.y += measured.point.y - then.y;
   }
   return e;
 }

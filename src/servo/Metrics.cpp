@@ -57,6 +57,10 @@ Metrics computeMetrics(const RunLog& log) {
   if (log.frames.empty()) return metrics;
   metrics.duration_s = log.frames.back().time_s - log.frames.front().time_s;
   const double end_s = log.frames.back().time_s;
+  for (std::size_t i = 1; i < log.frames.size(); ++i) {
+    const double gap_s = log.frames[i].time_s - log.frames[i - 1].time_s;
+    metrics.min_frame_rate = std::fmin(metrics.min_frame_rate, 1 / gap_s);
+  }
   metrics.final_error_px = meanImageError(log, end_s - kFinal_s, end_s);
   metrics.min_border_px = smallestBorderDistance(log);
   metrics.all_in_image = metrics.min_border_px >= 0;
@@ -102,6 +106,24 @@ Metrics computeMetrics(const RunLog& log) {
   return metrics;
 }
 
+namespace {
+
+nlohmann::ordered_json frameRateJson(const FrameRateReport& report) {
+  nlohmann::ordered_json json{{"ke", report.ke},
+                              {"kappa", report.kappa},
+                              {"kc", nullptr},
+                              {"lowest_fps", report.check.fps},
+                              {"required_fps", report.check.required_fps},
+                              {"true_limit_fps", report.check.true_limit_fps},
+                              {"bound", report.check.bound},
+                              {"verdict", toString(report.check.verdict)},
+                              {"sentence", report.sentence}};
+  if (report.kc) json["kc"] = *report.kc;
+  return json;
+}
+
+}  // namespace
+
 std::string toJson(const RunLog& log) {
   using Json = nlohmann::ordered_json;
   const Metrics metrics = computeMetrics(log);
@@ -126,6 +148,7 @@ std::string toJson(const RunLog& log) {
   json["reason"] = log.reason;
   json["metrics"] = {{"duration_s", metrics.duration_s},
                      {"frames", metrics.frames},
+                     {"min_frame_rate", metrics.min_frame_rate},
                      {"final_error_px", metrics.final_error_px},
                      {"max_gap_s", metrics.max_gap_s},
                      {"min_border_px", metrics.min_border_px},
@@ -133,6 +156,7 @@ std::string toJson(const RunLog& log) {
                      {"final_depth_error_max", metrics.final_depth_error_max},
                      {"coverage_2sigma", metrics.coverage_2sigma}};
   json["points"] = std::move(points);
+  if (log.frameRate) json["frame_rate"] = frameRateJson(*log.frameRate);
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -8,7 +8,9 @@
 #include <set>
 
 #include "depthservo/tracking/DotTracker.h"
+#include "depthservo/tracking/KnownTargetEstimator.h"
 #include "depthservo/tracking/TargetPose.h"
+#include "servo/FrameRateMonitor.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
 #include "servo/unexcited.h"
@@ -19,6 +21,9 @@ using namespace VISP_NAMESPACE_NAME;
 
 namespace depthservo {
 namespace {
+
+/// Of a sequence with one image [Hz].
+constexpr double kUsualRate = 30;
 
 [[noreturn]] void refuse(const Sequence& sequence, const std::string& message) {
   throw InputError({sequence.folder(), 0, ""}, message);
@@ -98,8 +103,31 @@ OdometryNoise noiseOf(const ReplayOptions& options) {
                                                              : OdometryNoise();
 }
 
+/// Images per second, by the median of their distances [Hz].
+double frameRate(const Sequence& sequence) {
+  std::vector<double> periods;
+  for (std::size_t k = 1; k < sequence.frames().size(); ++k) {
+    periods.push_back(sequence.frames()[k].time_s - sequence.frames()[k - 1].time_s);
+  }
+  if (periods.empty()) return kUsualRate;
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+  std::nth_element(periods.begin(), middle, periods.end());
+  return 1 / *middle;
+}
+
 EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
-  return {options.depth, noiseOf(options), options.odometryScaleSigma, sequence.target()};
+  EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
+                       sequence.target()};
+  setup.frameRate = frameRate(sequence);
+  setup.sigma = options.pixelNoise_px / sequence.camera().focal_px();
+  if (setup.depth.estimator == EstimatorKind::pose) {
+    if (const auto why = whyNoTarget(setup.target.points)) {
+      refuse(sequence, fmt::format("the estimator 'pose' needs a known target: {}; give "
+                                   "'target: {{type: dots, points: [...]}}' in sequence.yaml",
+                                   *why));
+    }
+  }
+  return setup;
 }
 
 /// One replay under way.
@@ -113,6 +141,7 @@ class Replayer {
         motionKind_(chooseMotion(sequence, options.motion)),
         ids_(allIds(sequence, trackerKind_)),
         estimator_(makeEstimator(setupOf(sequence, options), ids_.size())),
+        frameRate_(setupOf(sequence, options)),
         targetPose_(sequence.target(), camera_) {
     DepthPrior prior{options.depth.initial};
     if (options.priorSigma_Z) prior.sigma_chi = *options.priorSigma_Z / (prior.Z * prior.Z);
@@ -131,6 +160,7 @@ class Replayer {
       log_.frames.push_back(frame(k));
       if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(count));
     }
+    log_.frameRate = frameRate_.report();
     return std::move(log_);
   }
 
@@ -144,6 +174,9 @@ class Replayer {
     noteCoverage(source.time_s, coverage);
     const bool isUsed = coverage != Coverage::afterEnd && coverage != Coverage::reversed;
     if (isUsed) correct(points);
+    if (const auto news = frameRate_.watch(*estimator_)) {
+      log_.events.push_back({source.time_s, *news});
+    }
 
     FrameRecord record;
     record.time_s = source.time_s;
@@ -270,6 +303,7 @@ class Replayer {
   ReplayMotion motionKind_;
   std::vector<int> ids_;
   std::unique_ptr<PointSetEstimator> estimator_;
+  FrameRateMonitor frameRate_;
   std::unique_ptr<PointTracker> tracker_;  // none: tracks.csv
   TargetPose targetPose_;
   std::optional<CameraPose> lastPose_;

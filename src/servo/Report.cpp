@@ -166,6 +166,11 @@ std::string pageData(const Json& run, const fs::path& folder) {
   return safe;
 }
 
+std::string capitalised(std::string sentence) {
+  if (!sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z') sentence[0] -= 'a' - 'A';
+  return sentence;
+}
+
 std::string imageElements(const fs::path& folder) {
   std::string elements;
   for (const char* stem : {"first", "last"}) {
@@ -243,7 +248,12 @@ Verdict verdictOf(const Json& run) {
 std::string reportPage(const fs::path& folder, const Json& run) {
   const auto text = [&](const char* key) { return html::escaped(run.at(key).get<std::string>()); };
   const Verdict verdict = verdictOf(run);
-  const std::string command = text("command"), name = text("name"), reason = text("reason"),
+  std::string reason = text("reason");
+  if (run.contains("frame_rate")) {
+    reason += (reason.empty() ? "" : ". ") +
+              html::escaped(capitalised(run.at("frame_rate").at("sentence").get<std::string>()));
+  }
+  const std::string command = text("command"), name = text("name"),
                     sentence = html::escaped(verdict.sentence), images = imageElements(folder),
                     data = pageData(run, folder);
   const EmbeddedReport& report = embeddedReport();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "depthservo/depth/DepthGains.h"
+#include "depthservo/tracking/KnownTargetEstimator.h"
 #include "sequence/StrictYaml.h"
 #include "servo/Fields.h"
 #include "servo/makeRobot.h"
@@ -33,7 +34,7 @@ const std::vector<Choice<EstimatorKind>>& estimators() {
       {EstimatorKind::constant, "constant"},  {EstimatorKind::trueDepth, "true"},
       {EstimatorKind::twoFrame, "two-frame"}, {EstimatorKind::nonlinear, "nonlinear"},
       {EstimatorKind::window, "window"},      {EstimatorKind::filter, "filter"},
-      {EstimatorKind::joint, "joint"},        {EstimatorKind::pose, "pose", false},
+      {EstimatorKind::joint, "joint"},        {EstimatorKind::pose, "pose"},
   };
   return all;
 }
@@ -197,6 +198,10 @@ void describe(Fields& f, Scenario::Depth& depth) {
     gains.number("W_min", depth.gains.W_min, Range::above(0, 10), "m/s");
     gains.number("k", depth.gains.k, Range::above(0, 1e6), "1/s");
     gains.number("k_3", depth.gains.k_3, {0, 1e12}, "1/m^2");
+  });
+  f.section("pose", Need::optional, [&](Fields& pose) {
+    pose.number("ke", depth.pose.ke, Range::above(0, 1000), "1/s");
+    pose.number("kappa", depth.pose.kappa, Range::above(0, 100), "m/s, rad/s");
   });
 }
 
@@ -681,6 +686,10 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
   if (depth.initial < depth.Z_min || depth.initial > depth.Z_max) {
     refuse("depth.initial", fmt::format("{} m lies outside Z_min = {} m .. Z_max = {} m",
                                         depth.initial, depth.Z_min, depth.Z_max));
+  }
+  if (depth.estimator == EstimatorKind::pose) {
+    if (const auto why = whyNoTarget(points))
+      refuse("target.points", fmt::format("depth.estimator: pose needs more: {}", *why));
   }
   if (depth.gains.k.has_value() != depth.gains.k_3.has_value()) {
     refuse("depth.gains", "k and k_3 go together; give both, or settling and W_min");

@@ -14,7 +14,13 @@ struct EstimatorSetup {
   OdometryNoise odometry;         ///< as declared
   double odometryScaleSigma = 0;  ///< relative, 1 sigma
   DotTarget target;               ///< for `pose`
+  double frameRate = 30;          ///< images per second [Hz]; for the gain of `pose`
+  double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
 };
+
+/// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at this
+/// frame rate, for the target as seen from the front at the first guess of its distance.
+double observerGain(const EstimatorSetup& setup);
 
 /// The estimator a user chose, for up to `capacity` points. (`true` is a constant depth that is
 /// told the truth in every frame.)

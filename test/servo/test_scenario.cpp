@@ -268,10 +268,10 @@ INSTANTIATE_TEST_SUITE_P(
                        kDepth + "control: {desired: [[1, 1], [2, 1], [3, 3]]}\n",
                        {":11: control.desired", "exactly one"}},
         BrokenScenario{"principal_point", "cx: 319.5", "cx: 700", {":3: camera", "640x480"}},
-        BrokenScenario{"later_estimator",
+        BrokenScenario{"pose_of_three_points",
                        "initial: 3}",
                        "initial: 3, estimator: pose}",
-                       {":10: depth.estimator", "not available in this version; use constant"}},
+                       {"target.points", "at least four points"}},
         BrokenScenario{"unknown_estimator",
                        "initial: 3}",
                        "initial: 3, estimator: nonlinaer}",
@@ -368,11 +368,7 @@ TEST_F(ScenarioTest, any_text_gives_a_sane_scenario_or_an_input_error) {
 TEST(EstimatorNameTest, names_of_this_version_are_accepted_elsewhere_too) {
   EXPECT_EQ(availableEstimator("true", {"--estimator", 0, ""}), EstimatorKind::trueDepth);
   EXPECT_STREQ(toString(EstimatorKind::twoFrame), "two-frame");
-  EXPECT_TRUE(isRefusal(
-      inputErrorOf([] {
-        availableEstimator("pose", {"--estimator", 0, ""});
-      }),
-      {"--estimator", "'pose' is not available in this version; use constant, true, two-frame"}));
+  EXPECT_EQ(availableEstimator("pose", {"--estimator", 0, ""}), EstimatorKind::pose);
 }
 
 }  // namespace

@@ -85,4 +85,29 @@ GainDesign designRegulation(double fps, double kappa, double delta = 0.95,
 /// \param kappa expected |V_wo|, > 0  \param sigma_pose noise of the pose from one image, >= 0
 double likelyObserverGain(double fps, double kappa, double sigma_pose);
 
+/// What a frame rate means for gains in use.
+enum class FrameRateVerdict {
+  guaranteed,  ///< convergence is proved, and a bound for a target that moves as expected
+  likely,      ///< not proved; the linear sampled loop with a still target is stable
+  tooSlow,     ///< below that limit: corrections overshoot and grow, unless they are guarded
+};
+const char* toString(FrameRateVerdict verdict);
+
+/// The conditions at a frame rate met by a running observer.
+struct FrameRateCheck {
+  double fps = 0;             ///< the frame rate judged [Hz]
+  double required_fps = 0;    ///< the lowest that is guaranteed: (7), and (17b) for some gamma when
+                              ///< kappa > 0; coupled law: (23) and (28b). Infinite for kc < ke
+  double true_limit_fps = 0;  ///< the lowest that is likely
+  double bound = 0;  ///< on the error in the end, given the guarantee; infinite without it.
+                     ///< The smallest that (16) or (27) gives for some gamma, from rest
+  FrameRateVerdict verdict = FrameRateVerdict::guaranteed;
+};
+
+/// \param fps lowest frame rate met, > 0, may be infinite  \param kappa expected |V_wo|, >= 0
+/// \param kc camera gain of the coupled law (22); none: the observer by itself
+/// Throws std::invalid_argument for a parameter out of its range.
+FrameRateCheck checkFrameRate(double fps, double ke, double kappa, double delta = 0.95,
+                              std::optional<double> kc = {});
+
 }  // namespace depthservo

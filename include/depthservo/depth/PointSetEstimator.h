@@ -51,8 +51,9 @@ class PointSetEstimator {
   /// The point at the time of the last `advance`; status `unset` for an unknown id.
   virtual DepthEstimate estimate(int id) const = 0;
 
-  /// The point predicted to a later time, as far as the odometry reaches.
-  DepthEstimate estimate(int id, const MotionBuffer& odometry, double time_s) const;
+  /// The point predicted to a later time, as far as the odometry reaches: it stands still, unless
+  /// the method knows better.
+  virtual DepthEstimate estimate(int id, const MotionBuffer& odometry, double time_s) const;
 
   /// Time of the last `advance` [s]; NaN before the first.
   virtual double time() const = 0;

@@ -105,8 +105,9 @@ class VisualMotionObserver : public PointSetEstimator {
   Coverage advance(const MotionBuffer& odometry, double time_s) override;
   void correct(const std::vector<PointObservation>& observations) override;
   void correctDepth(int id, const DepthPrior& measured) override;
-  using PointSetEstimator::estimate;
   DepthEstimate estimate(int id) const override;
+  /// The target goes on with the held correction, so a moving one is met where it will be.
+  DepthEstimate estimate(int id, const MotionBuffer& odometry, double time_s) const override;
   double time() const override { return time_s_; }
   const DepthRange& range() const override { return range_; }
 
@@ -135,6 +136,17 @@ class VisualMotionObserver : public PointSetEstimator {
 
   ImageVerdict verdict() const { return verdict_; }
 
+  /// Whether there is a pose to go on from: false before the first image and while lost.
+  bool isStarted() const { return isStarted_; }
+
+  /// rms image error (normalised) that no pose near the estimate explains, in the last accepted
+  /// image.
+  double residual() const { return residual_; }
+
+  /// Covariance of the pose error that the last accepted image showed, from the pixel noise of its
+  /// points; in target axes.
+  const Matrix6d& imageCovariance() const { return C_; }
+
   /// Smallest frame rate met so far, one over the longest time between accepted images [Hz];
   /// infinite before the second. What the conditions on the frame rate must be judged by.
   double minimumFrameRate() const { return 1 / longestGap_s_; }
@@ -156,6 +168,13 @@ class VisualMotionObserver : public PointSetEstimator {
     Eigen::Isometry3d shown;                 // iterated only: the pose that the image shows
   };
 
+  /// The estimate some time after the last accepted image.
+  struct Instant {
+    Eigen::Isometry3d cMo;
+    double elapsed_s = 0;
+    double corrected = 0;  // share of e_e applied by then
+  };
+
   void take(const std::vector<PointObservation>& observations);
   void guessFromImage();
   Step linearStep(const Eigen::Isometry3d& cMo, ImageErrorMethod method) const;
@@ -167,8 +186,8 @@ class VisualMotionObserver : public PointSetEstimator {
   void refuse(ImageVerdict verdict);
   double heldFor() const;
   Eigen::Isometry3d moved(const Motion& motion) const;
-  Matrix6d covariance() const;
-  double variance(const Vector6d& J_out_error) const;
+  Matrix6d covariance(double corrected) const;
+  DepthEstimate estimateAt(const Instant& instant, int id) const;
   bool isKnown(int id) const { return id >= 0 && id < static_cast<int>(points_.size()); }
 
   std::vector<Eigen::Vector3d> points_;
@@ -194,6 +213,7 @@ class VisualMotionObserver : public PointSetEstimator {
   // Of the last accepted image, t_i.
   Vector6d e_e_ = Vector6d::Zero();  // held
   double elapsed_s_ = 0;             // since then
+  double residual_ = 0;
   double corrected_ = 0;             // share of e_e applied since then: ke(t - t_i)
   Matrix6d P_ = Matrix6d::Zero();    // error of the estimate at t_i, from noise
   Matrix6d C_ = Matrix6d::Zero();    // error of e_e, from noise

@@ -24,6 +24,7 @@ struct PointMetrics {
 struct Metrics {
   double duration_s = 0;  ///< from the first frame to the last
   std::size_t frames = 0;
+  double min_frame_rate = kUnknown;  ///< one over the longest time between frames [Hz]
   double final_error_px = kUnknown;  ///< `meanImageError` of the last second
   double max_gap_s = 0;             ///< longest time a point, once seen, went without a measurement
   double min_border_px = kUnknown;  ///< least distance of a dot's centre to the border; < 0 outside

@@ -2,11 +2,13 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "depthservo/depth/DepthEstimate.h"
+#include "depthservo/depth/FrameRateConditions.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
 
@@ -47,6 +49,14 @@ struct Event {
   std::string what;  ///< "point 2 hidden"
 };
 
+/// What the frame rate that was met means for the gain of the estimator `pose`.
+struct FrameRateReport {
+  double ke = 0, kappa = 0;  ///< [1/s], [m/s, rad/s]
+  std::optional<double> kc;  ///< of the coupled law [1/s]
+  FrameRateCheck check;
+  std::string sentence;  ///< the same in words
+};
+
 /// The whole story of a run or a replay, in memory.
 struct RunLog {
   std::string command;        ///< "run" or "replay"
@@ -58,6 +68,7 @@ struct RunLog {
   std::vector<std::string> commandNames;  ///< "v [m/s]", "w [rad/s]"
   std::vector<FrameRecord> frames;
   std::vector<Event> events;
+  std::optional<FrameRateReport> frameRate;  ///< with the estimator `pose` only
 
   bool hasOutcome = false;  ///< a run has one, a replay has not
   Outcome outcome = Outcome::timeout;

@@ -143,11 +143,18 @@ struct Scenario {
     ObserverGains observer() const;
   };
 
+  /// Of the estimator `pose`.
+  struct KnownTarget {
+    std::optional<double> ke;  ///< gain [1/s]; none: designed for the frame rate and `kappa`
+    double kappa = 0.1;        ///< how fast the target may move [m/s, rad/s]
+  };
+
   struct Depth {
     EstimatorKind estimator = EstimatorKind::filter;
     double initial = 1;                ///< first guess for every point [m]
     double Z_min = 0.05, Z_max = 100;  ///< [m]
     Gains gains;
+    KnownTarget pose;
 
     DepthRange range() const { return {Z_min, Z_max}; }
   };
