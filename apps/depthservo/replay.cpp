@@ -21,13 +21,8 @@ struct ReplayArguments {
   std::string observe = "depth";
   SequenceOptions source;
   double pixelNoise_px = 0;
-<<<<<<< HEAD
   std::vector<double> odometryNoise, focalGains;
-  std::optional<double> odometryScaleSigma;
-=======
-  std::vector<double> odometryNoise;
   std::optional<double> odometryScaleSigma, ke;
->>>>>>> main
   bool update = false, json = false;
 };
 
