@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "depth/poleMatched.h"
+#include "depthservo/depth/ObserverStep.h"
 
 namespace depthservo {
 namespace {
@@ -20,7 +20,7 @@ constexpr double kConsistent = 0.1;
 /// Variances beyond which the estimate starts anew.
 constexpr double kBeyondSense = 1e12;
 
-double square(double a) { return a * a; }
+using detail::square;
 
 /// Eigenvalues of a symmetric matrix, ascending; the smaller by the determinant, so that it is
 /// not lost beside a large one.
@@ -38,7 +38,9 @@ struct Eigenvalues {
 double matched(double k, double wn2, double Dt) {
   const double tiny = 1e-12 * k * k;
   const double safe = std::max(wn2, tiny);
-  return poleMatchedGain(k, safe, Dt) / (safe * Dt);
+  detail::PoleMatchedGains gains;
+  gains.match(k, safe, Dt);
+  return gains.chi / (safe * Dt);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/depth/JointDepthFilter.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/depth/TwoFrameLeastSquares.h"
 #include "depthservo/depth/WindowDepthEstimator.h"
@@ -70,6 +71,9 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
       NonlinearObserverOptions options;
       options.gains = setup.depth.gains.observer();
       options.odometry = setup.odometry;
+      if (setup.depth.object) {
+        return std::make_unique<ObjectDepthObserver>(capacity, options, prior, range);
+      }
       return pointwise(NonlinearDepthObserver(options, range));
     }
     case EstimatorKind::window:

@@ -9,6 +9,7 @@
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/robots/MobileManipulator.h"
 #include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/RunLog.h"
 #include "depthservo/servo/VelocityProfile.h"
@@ -24,11 +25,14 @@ const char* toString(EstimatorKind kind);
 /// The estimator of this name, if this version has it; otherwise throws InputError at `place`.
 EstimatorKind availableEstimator(const std::string& name, const InputError::Place& place);
 
-/// Robots that carry the camera: unicycle | pan-unicycle | omni | free.
-enum class RobotKind { unicycle, panUnicycle, omni, free };
+/// Robots that carry the camera: unicycle | pan-unicycle | omni | mobile-manipulator | free.
+enum class RobotKind { unicycle, panUnicycle, omni, mobileManipulator, free };
 
 /// What computes the command: vpServo | task | profile.
 enum class Law { vpServo, task, profile };
+
+/// What vpServo steers by: points | moments.
+enum class FeatureKind { points, moments };
 
 /// Everything a closed-loop run needs. A member is the YAML key of the same name, with its default;
 /// units, ranges and effects of all keys stand in doc/formats.md.
@@ -67,10 +71,11 @@ struct Scenario {
 
   /// Where a robot is.
   struct RobotPose {
-    double x = 0, y = 0;  ///< on the floor [m]
-    double theta = 0;     ///< [rad], from world x towards y
-    double pan = 0;       ///< of the pan platform [rad]
-    Pose camera;          ///< of a free camera, wMc
+    double x = 0, y = 0;                               ///< on the floor [m]
+    double theta = 0;                                  ///< [rad], from world x towards y
+    double pan = 0;                                    ///< of the pan platform [rad]
+    Eigen::Vector3d joints = Eigen::Vector3d::Zero();  ///< q1, q2, q3 of the arm [rad]
+    Pose camera;                                       ///< of a free camera, wMc
   };
 
   struct Limits {
@@ -80,6 +85,7 @@ struct Scenario {
     double dw = 2;                         ///< [rad/s^2]
     double pan = 1;                        ///< rate of the pan platform [rad/s]
     double pan_min = -3.2, pan_max = 3.2;  ///< its end stops [rad]
+    double joints = 1;                     ///< rate of each joint of the arm [rad/s]
   };
 
   struct Robot {
@@ -87,6 +93,7 @@ struct Scenario {
     Eigen::Vector3d camera_offset = Eigen::Vector3d::Zero();  ///< robot frame: x forward, z up [m]
     double camera_yaw = 0;                                    ///< optical axis, about robot z [rad]
     double pan_axis = 0.1;  ///< of the pan platform, ahead of the wheel axle [m]
+    MobileManipulator::Geometry arm;
     RobotPose initial;
     std::optional<RobotPose> goal;  ///< this or control.desired
     Limits limits;
@@ -153,6 +160,7 @@ struct Scenario {
     EstimatorKind estimator = EstimatorKind::filter;
     double initial = 1;                ///< first guess for every point [m]
     double Z_min = 0.05, Z_max = 100;  ///< [m]
+    bool object = false;               ///< one depth for all points (nonlinear observer)
     Gains gains;
     KnownTarget pose;
 
@@ -164,6 +172,8 @@ struct Scenario {
   struct Control {
     double gain = 0.57;      ///< lambda [1/s]
     double tolerance = 1.5;  ///< rms image error at which the task is done [px]
+    FeatureKind features = FeatureKind::points;
+    double size_weight = 1;  ///< value of the third moment feature at the goal [-]
     Interaction interaction = Interaction::current;
     Law law = Law::vpServo;
     VelocityProfile profile;               ///< of the robot, for the law of this name

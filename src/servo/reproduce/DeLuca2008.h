@@ -17,6 +17,10 @@ void addDepthExperiments(Rows& rows, std::vector<Figure>& figures, const Reprodu
 /// unicycle.
 void addFocalExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
 
+/// Sections 7.2 and 7.3: a unicycle drives to where it sees four points, or their moments, as
+/// desired, from wrong guesses of their depth. `full`: all starts through images too.
+void addServoExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
+
 /// Empty axes of a figure; labels with units.
 inline Panel axes(const std::string& title, const std::string& xLabel, const std::string& yLabel) {
   Panel panel;
