@@ -10,8 +10,11 @@
 /// the prefix "deluca2008/", figures the order of the paper.
 namespace depthservo::deluca2008 {
 
-/// Section 5.1: depth of a point in the numerical example and under an arm.
+/// Section 5.1: depth of a point in the numerical example.
 void addDepthExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
+
+/// Section 5.1: depth of a point seen by a camera on an arm, with noise in the image.
+void addArmExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
 
 /// Sections 5.2 and 7.1: focal length of a turning camera, in the numerical example and on the
 /// unicycle.
