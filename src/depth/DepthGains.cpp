@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "depthservo/depth/ObserverStep.h"
+
 namespace depthservo {
 namespace {
 
@@ -63,7 +65,7 @@ double DepthGains::settling_s() const {
   // The response to an error of the depth alone, e(t) = (s1 exp(s2 t) - s2 exp(s1 t))/(s1 - s2),
   // by its slowest part.
   const double zeta = damping();
-  if (std::abs(zeta - 1) < 1e-6) return 5.83 / wn();
+  if (std::abs(zeta - 1) < 1e-6) return detail::kSettling / wn();
   if (zeta < 1) return (kTwoPercent - 0.5 * std::log(1 - zeta * zeta)) / (zeta * wn());
   const double root = std::sqrt(zeta * zeta - 1);
   const double slow = wn() / (zeta + root), fast = wn() * (zeta + root);

@@ -4,12 +4,6 @@
 #include <cmath>
 
 namespace depthservo {
-namespace {
-
-/// wn times the settling time to 2 % of s^2 + 2 wn s + wn^2.
-constexpr double kSettling = 5.83;
-
-}  // namespace
 
 using namespace detail;
 
