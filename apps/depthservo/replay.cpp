@@ -12,6 +12,7 @@
 #include "depthservo/servo/FocalReplay.h"
 #include "depthservo/servo/Metrics.h"
 #include "depthservo/servo/RunFolder.h"
+#include "findings.h"
 
 namespace depthservo {
 namespace {
@@ -181,6 +182,7 @@ int replaySequence(const ReplayArguments& arguments) {
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   printTable(log);
+  printFindings(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   if (arguments.json) fmt::print("{}\n", toJson(log));
   return arguments.baseline.empty() ? kMet : compare(log, arguments.baseline, arguments.update);

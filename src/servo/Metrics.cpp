@@ -87,6 +87,10 @@ Metrics computeMetrics(const RunLog& log) {
       point.Z_true = feature.Z_true;
       point.relative_error = std::abs(point.Z - point.Z_true) / point.Z_true;
       point.status = feature.estimate.status;
+      point.frames_to_5pct = feature.frames_to_5pct;
+      if (feature.frames_to_5pct == 0 && std::isnan(point.time_to_5pct_s)) {
+        point.time_to_5pct_s = frame.time_s - log.frames.front().time_s;
+      }
       ++(feature.measured ? point.measured_frames : point.hidden_frames);
       if (point.hidden_frames > 0) {
         metrics.max_gap_s = std::max(metrics.max_gap_s, frame.time_s - lastMeasured_s);
@@ -108,16 +112,57 @@ Metrics computeMetrics(const RunLog& log) {
 
 namespace {
 
-nlohmann::ordered_json frameRateJson(const FrameRateReport& report) {
-  nlohmann::ordered_json json{{"ke", report.ke},
-                              {"kappa", report.kappa},
-                              {"kc", nullptr},
-                              {"lowest_fps", report.check.fps},
-                              {"required_fps", report.check.required_fps},
-                              {"true_limit_fps", report.check.true_limit_fps},
-                              {"bound", report.check.bound},
-                              {"verdict", toString(report.check.verdict)},
-                              {"sentence", report.sentence}};
+using Json = nlohmann::ordered_json;
+
+/// "cause" is none without a fault; the message may then still say that sigmas are too large.
+Json toJson(const RunDiagnosis& diagnosis) {
+  using Monitor = ConsistencyMonitor;
+  const Monitor::Diagnosis& latest = diagnosis.latest;
+  const auto cause = diagnosis.isFault() ? latest.cause : Monitor::Cause::none;
+  Json json = {{"cause", Monitor::toString(cause)}};
+  json["message"] = latest.message();
+  if (diagnosis.isFault()) {
+    json["size"] = latest.size;
+    json["unit"] = Monitor::unitOf(cause);
+    json["evidence_sigma"] = latest.evidence;
+    json["first_s"] = diagnosis.first_s;
+    json["named_s"] = diagnosis.named_s;
+  }
+  json["mean_nis"] = latest.meanNis;
+  json["variance_factor"] = diagnosis.varianceFactor;
+  return json;
+}
+
+Json toJson(const JointDepthFilter::Common& state, const char* unit) {
+  return {{"value", state.value},
+          {"sigma", state.sigma},
+          {"unit", unit},
+          {"observed", state.isObserved}};
+}
+
+/// Only what was estimated.
+Json toJson(const JointStates& joint, double focal_px) {
+  Json json = Json::object();
+  if (joint.timeOffset.isEstimated) json["time_offset"] = toJson(joint.timeOffset, "s");
+  const char* const axes[] = {"gyro_bias_x", "gyro_bias_y", "gyro_bias_z"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (joint.gyroBias[i].isEstimated) json[axes[i]] = toJson(joint.gyroBias[i], "rad/s");
+  }
+  if (joint.focal.isEstimated) json["focal"] = toJson(joint.focal, "");
+  json["words"] = joint.sentences(focal_px);
+  return json;
+}
+
+Json frameRateJson(const FrameRateReport& report) {
+  Json json{{"ke", report.ke},
+            {"kappa", report.kappa},
+            {"kc", nullptr},
+            {"lowest_fps", report.check.fps},
+            {"required_fps", report.check.required_fps},
+            {"true_limit_fps", report.check.true_limit_fps},
+            {"bound", report.check.bound},
+            {"verdict", toString(report.check.verdict)},
+            {"sentence", report.sentence}};
   if (report.kc) json["kc"] = *report.kc;
   return json;
 }
@@ -125,7 +170,6 @@ nlohmann::ordered_json frameRateJson(const FrameRateReport& report) {
 }  // namespace
 
 std::string toJson(const RunLog& log) {
-  using Json = nlohmann::ordered_json;
   const Metrics metrics = computeMetrics(log);
   Json points = Json::array();
   for (const PointMetrics& point : metrics.points) {
@@ -135,6 +179,8 @@ std::string toJson(const RunLog& log) {
                       {"Z_true", point.Z_true},
                       {"relative_error", point.relative_error},
                       {"status", toString(point.status)},
+                      {"frames_to_5pct", point.frames_to_5pct},
+                      {"time_to_5pct_s", point.time_to_5pct_s},
                       {"measured_frames", point.measured_frames},
                       {"hidden_frames", point.hidden_frames},
                       {"unexcited_s", point.unexcited_s},
@@ -155,6 +201,8 @@ std::string toJson(const RunLog& log) {
                      {"all_in_image", metrics.all_in_image},
                      {"final_depth_error_max", metrics.final_depth_error_max},
                      {"coverage_2sigma", metrics.coverage_2sigma}};
+  if (log.diagnosis) json["diagnosis"] = toJson(*log.diagnosis);
+  if (log.joint) json["joint"] = toJson(*log.joint, log.camera.focal_px());
   json["points"] = std::move(points);
   if (log.frameRate) json["frame_rate"] = frameRateJson(*log.frameRate);
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
