@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "depth/poleMatched.h"
 #include "depthservo/depth/ObserverStep.h"
 
 namespace depthservo {
@@ -36,9 +37,7 @@ struct Eigenvalues {
 double matched(double k, double wn2, double Dt) {
   const double tiny = 1e-12 * k * k;
   const double safe = std::max(wn2, tiny);
-  detail::PoleMatchedGains gains;
-  gains.match(k, safe, Dt);
-  return gains.chi / (safe * Dt);
+  return poleMatchedGain(k, safe, Dt) / (safe * Dt);
 }
 
 }  // namespace

@@ -132,7 +132,7 @@ class UnexcitedDepth : public testing::TestWithParam<Refusal> {};
 
 TEST_P(UnexcitedDepth, is_explained_in_json_in_the_log_and_on_the_terminal) {
   const TemporaryFolder folder;
-  const std::string out = folder / "out";
+  const std::string out = folder / "out", replayedOut = folder / "replayed";
   const Result result = depthservo("run " + data("scenarios/deluca2008/depth.yaml") +
                                    " --set control.profile='[{until: 4, v: " + GetParam().profile +
                                    "}]' --json --out " + out);
