@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "depth/poleMatched.h"
+
 namespace depthservo::detail {
 
 void PoleMatchedGains::match(double k, double squaredFrequency, double duration_s) {
@@ -9,17 +11,7 @@ void PoleMatchedGains::match(double k, double squaredFrequency, double duration_
   Dt = duration_s;
   wn2 = squaredFrequency;
   point = -std::expm1(-k * Dt);
-  const double half = 0.5 * k;
-  const double D = half * half - wn2;
-  if (D >= 0) {  // written so that nothing cancels when wn2 is small
-    const double fast = half + std::sqrt(D);
-    const double slow = wn2 / fast;
-    chi = std::expm1(-fast * Dt) * std::expm1(-slow * Dt);
-  } else {
-    const double oneMinus = -std::expm1(-half * Dt);
-    const double s = std::sin(0.5 * std::sqrt(-D) * Dt);
-    chi = oneMinus * oneMinus + 4 * (1 - oneMinus) * s * s;
-  }
+  chi = poleMatchedGain(k, wn2, Dt);
 }
 
 void ExcitationWindow::add(double W2, double decayRate, double dt, double window_s) {

@@ -2,10 +2,13 @@
 
 #include <visp3/vs/vpServo.h>
 
+#include <Eigen/Cholesky>
 #include <stdexcept>
 
+#include "depthservo/depth/PoseRegulation.h"
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/TaskFunction.h"
+#include "depthservo/tracking/KnownTargetEstimator.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -137,6 +140,37 @@ class ProfileLaw : public ControlLaw {
   double halfRow_s_;
 };
 
+/// Steers by the pose of the target, predicted to each row of odometry (Ibuki et al. 2023).
+class RegulationLaw : public ControlLaw {
+ public:
+  RegulationLaw(const Scenario& scenario, const Eigen::Isometry3d& cdMo,
+                const FeaturePointGroup& features)
+      : regulation_(cdMo, optionsOf(scenario)),
+        target_(dynamic_cast<const KnownTargetEstimator&>(features.estimator())) {}
+
+  Eigen::VectorXd command(const ControlInput& now) override {
+    const Twist twist = regulation_.command(target_.observer().cMo(now.odometry, now.time_s));
+    Vector6d v;
+    v << twist.linear, twist.angular;
+    const vpMatrix cVe_eJe = vpMatrix(now.robot.cVe()) * now.robot.eJe();
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    const Eigen::Map<const RowMajor> J(cVe_eJe.data, cVe_eJe.getRows(), cVe_eJe.getCols());
+    return (J.transpose() * J).ldlt().solve(J.transpose() * v);
+  }
+  std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }
+
+ private:
+  static PoseRegulationOptions optionsOf(const Scenario& scenario) {
+    PoseRegulationOptions options;
+    options.kc = scenario.control.kc;
+    if (scenario.robot.type != RobotKind::free) options.mobility = Mobility::planar;
+    return options;
+  }
+
+  PoseRegulation regulation_;
+  const KnownTargetEstimator& target_;
+};
+
 }  // namespace
 
 std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const ServoGoal& goal,
@@ -155,6 +189,8 @@ std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const Servo
       }
     case Law::profile:
       return std::make_unique<ProfileLaw>(scenario);
+    case Law::regulation:
+      return std::make_unique<RegulationLaw>(scenario, *goal.cdMo, features);
   }
   throw std::logic_error("no such law");
 }

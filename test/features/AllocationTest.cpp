@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "depthservo/depth/ConstantDepth.h"
+#include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
@@ -42,6 +43,7 @@ TEST(AllocationCounter, seesThoseOfCxxAndOfViSP) {
 
 TEST(Allocations, noneInPredictAndCorrectOfAnyEstimator) {
   std::vector<std::unique_ptr<DepthEstimator>> estimators;
+  estimators.push_back(std::make_unique<InverseDepthFilter>());
   estimators.push_back(std::make_unique<NonlinearDepthObserver>());
   estimators.push_back(std::make_unique<ConstantDepth>());
   for (const auto& estimator : estimators) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/RunLog.h"
 #include "depthservo/servo/VelocityProfile.h"
+#include "depthservo/tracking/AprilTagTarget.h"
 #include "depthservo/tracking/DotTarget.h"
 
 namespace depthservo {
@@ -27,8 +29,11 @@ EstimatorKind availableEstimator(const std::string& name, const InputError::Plac
 /// Robots that carry the camera: unicycle | pan-unicycle | omni | mobile-manipulator | free.
 enum class RobotKind { unicycle, panUnicycle, omni, mobileManipulator, free };
 
-/// What computes the command: vpServo | task | profile.
-enum class Law { vpServo, task, profile };
+/// What the camera looks at, and how it is tracked: dots | apriltag.
+enum class TargetKind { dots, apriltag };
+
+/// What computes the command: vpServo | task | profile | regulation.
+enum class Law { vpServo, task, profile, regulation };
 
 /// What vpServo steers by: points | moments.
 enum class FeatureKind { points, moments };
@@ -48,6 +53,9 @@ struct Scenario {
     double dropped = 0;               ///< probability that an image gets lost [-]
 
     PinholeCamera pinhole() const { return {width, height, fx, fy, cx, cy}; }
+
+    /// Images per second over the longest interval, if none is dropped [Hz].
+    double slowest() const { return *std::min_element(rate.begin(), rate.end()) / (1 + jitter); }
   };
 
   struct Pose {
@@ -57,15 +65,31 @@ struct Scenario {
     Eigen::Isometry3d isometry() const;
   };
 
+  /// An AprilTag on the target.
+  struct Tag {
+    int id = 0;
+    double size = 0.16;                  ///< side of the square between the corners, as it is [m]
+    std::optional<double> assumed_size;  ///< as the user believes [m]; none: unknown
+    Pose pose;                           ///< in the object frame
+  };
+
   struct Target {
-    std::vector<Eigen::Vector3d> points;  ///< centres of the dots, object frame [m]
-    double radius = 0.02;                 ///< [m]
+    TargetKind type = TargetKind::dots;
+    /// Centres of the dots, or the corners of the tags (not read then, but worked out) [m], object
+    /// frame.
+    std::vector<Eigen::Vector3d> points;
+    double radius = 0.02;          ///< of the dots [m]
+    std::string family = "36h11";  ///< of the tags
+    std::vector<Tag> tags;
     /// wMo. The default faces the -x direction of the world: object x is world -y, y is world -z
     /// and z is world x.
     Pose pose{{0, 0, 0.13}, {-1.5707963267948966, 0, -1.5707963267948966}};
     VelocityProfile twist;  ///< of the target in its own frame; empty: it stands still
 
-    DotTarget dots() const { return {points, radius}; }
+    /// What is known of the points: of tags only if their sizes are assumed.
+    DotTarget dots() const;
+    AprilTagTarget trueTags() const;     ///< with the sizes that they have
+    AprilTagTarget assumedTags() const;  ///< with the sizes that are assumed
   };
 
   /// Where a robot is.
@@ -117,7 +141,8 @@ struct Scenario {
 
   struct Sensing {
     Source source = Source::image;
-    double pixel_noise = 0;  ///< 1 sigma per axis of every measured position [px]
+    TargetKind tracker = TargetKind::dots;  ///< as target.type
+    double pixel_noise = 0;                 ///< 1 sigma per axis of every measured position [px]
     std::optional<double>
         assumed_noise;  ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
     std::vector<Hidden> hidden;
@@ -159,6 +184,7 @@ struct Scenario {
   struct KnownTarget {
     std::optional<double> ke;  ///< gain [1/s]; none: designed for the frame rate and `kappa`
     double kappa = 0.1;        ///< how fast the target may move [m/s, rad/s]
+    bool guard = true;         ///< end the correction by an image once it is complete
   };
 
   struct Depth {
@@ -180,8 +206,14 @@ struct Scenario {
     FeatureKind features = FeatureKind::points;
     double size_weight = 1;  ///< value of the third moment feature at the goal [-]
     Interaction interaction = Interaction::current;
+    /// Image sigma predicted for a hidden point at which the robot has been slowed down to a stop;
+    /// it goes at full speed up to half of it [px].
+    double hidden_sigma = 20;
+    double hidden_wait = 10;  ///< it stands still for want of points for at most this long [s]
     Law law = Law::vpServo;
     VelocityProfile profile;               ///< of the robot, for the law of this name
+    double kc = 1;                         ///< gain of the law regulation [1/s]
+    bool coupled = false;                  ///< regulation: the coupled law of Ibuki et al. 2023
     std::vector<Eigen::Vector2d> desired;  ///< desired pixels (u, v); empty: seen from robot.goal
   };
 
