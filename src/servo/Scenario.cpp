@@ -174,7 +174,7 @@ void describe(Fields& f, Scenario::Robot& robot) {
   f.section("arm", Need::optional, [&](Fields& arm) {
     arm.numbers("mount", robot.arm.mount, {-10, 10}, "m");
     arm.number("column", robot.arm.column, {0, 10}, "m");
-    arm.number("upper_arm", robot.arm.upperArm, {0, 10}, "m");
+    arm.number("upper_arm", robot.arm.upper_arm, {0, 10}, "m");
     arm.number("forearm", robot.arm.forearm, {0, 10}, "m");
   });
   f.section("initial", Need::required,
