@@ -140,6 +140,14 @@ TEST(MovingTarget, goes_on_after_it_was_hidden_and_says_so_meanwhile) {
   EXPECT_LT(relativeDepthError(log, 6.8, 20), 0.01);
 }
 
+TEST(MovingTarget, is_followed_with_irregular_lost_and_late_images) {
+  const RunLog log = run("moving-target", {"camera.rate=[30, 20, 60, 12]", "camera.jitter=0.3",
+                                           "camera.dropped=0.2", "sensing.delay=0.08"});
+  EXPECT_EQ(log.outcome, Outcome::converged) << log.reason;
+  EXPECT_LT(relativeDepthError(log, 1, 30), 0.04);
+  EXPECT_GT(computeMetrics(log).coverage_2sigma, 0.9);
+}
+
 TEST(MovingTarget, replay_of_a_recorded_run_gives_the_same_depths) {
   const test::TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
