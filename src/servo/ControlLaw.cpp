@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "depthservo/depth/PoseRegulation.h"
+#include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/TaskFunction.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 
@@ -28,32 +29,72 @@ vpServo::vpServoIteractionMatrixType interactionType(Scenario::Interaction inter
   return vpServo::CURRENT;
 }
 
+std::vector<PointState> desiredPoints(const Scenario& scenario, const ServoGoal& goal) {
+  std::vector<PointState> points;
+  for (std::size_t i = 0; i < goal.pixels.size(); ++i) {
+    const Eigen::Vector2d s =
+        scenario.camera.pinhole().normalise(goal.pixels[i].x(), goal.pixels[i].y());
+    points.push_back({s.x(), s.y(), 1 / goal.Z[i]});
+  }
+  return points;
+}
+
+/// The velocities that vpServo computes.
+Eigen::VectorXd computed(vpServo& task, const CameraRobot& robot) {
+  task.set_cVe(robot.cVe());
+  task.set_eJe(robot.eJe());
+  const vpColVector qdot = task.computeControlLaw();
+  return Eigen::Map<const Eigen::VectorXd>(qdot.data, qdot.getRows());
+}
+
+void setUp(vpServo& task, const Scenario::Control& control) {
+  task.setServo(vpServo::EYEINHAND_L_cVe_eJe);
+  task.setInteractionMatrixType(interactionType(control.interaction));
+  task.setLambda(control.gain);
+}
+
 /// vpServo on the points.
 class PointLaw : public ControlLaw {
  public:
   PointLaw(const Scenario& scenario, const ServoGoal& goal, FeaturePointGroup& features)
       : desired_(features.size()) {
-    const PinholeCamera camera = scenario.camera.pinhole();
+    const std::vector<PointState> points = desiredPoints(scenario, goal);
     for (std::size_t i = 0; i < features.size(); ++i) {
-      const Eigen::Vector2d s = camera.normalise(goal.pixels[i].x(), goal.pixels[i].y());
-      desired_[i].buildFrom(s.x(), s.y(), goal.Z[i]);
+      desired_[i].buildFrom(points[i].x, points[i].y, goal.Z[i]);
       task_.addFeature(features[i], desired_[i]);
     }
-    task_.setServo(vpServo::EYEINHAND_L_cVe_eJe);
-    task_.setInteractionMatrixType(interactionType(scenario.control.interaction));
-    task_.setLambda(scenario.control.gain);
+    setUp(task_, scenario.control);
   }
 
-  Eigen::VectorXd command(const ControlInput& now) override {
-    task_.set_cVe(now.robot.cVe());
-    task_.set_eJe(now.robot.eJe());
-    const vpColVector qdot = task_.computeControlLaw();
-    return Eigen::Map<const Eigen::VectorXd>(qdot.data, qdot.getRows());
-  }
+  Eigen::VectorXd command(const ControlInput& now) override { return computed(task_, now.robot); }
 
  private:
   std::vector<vpFeaturePoint> desired_;
   vpServo task_;  // after the desired features: its destructor asks them who deallocates them
+};
+
+/// vpServo on the moments of all points.
+class MomentLaw : public ControlLaw {
+ public:
+  MomentLaw(const Scenario& scenario, const ServoGoal& goal, const FeaturePointGroup& points)
+      : points_(points),
+        moments_(
+            FeatureMoments::scaleFor(desiredPoints(scenario, goal), scenario.control.size_weight)),
+        desired_(moments_) {
+    desired_.buildFrom(desiredPoints(scenario, goal));
+    task_.addFeature(moments_, desired_);
+    setUp(task_, scenario.control);
+  }
+
+  Eigen::VectorXd command(const ControlInput& now) override {
+    moments_.update(points_);
+    return computed(task_, now.robot);
+  }
+
+ private:
+  const FeaturePointGroup& points_;
+  FeatureMoments moments_, desired_;
+  vpServo task_;  // after the features
 };
 
 /// The task function: only depths at the goal enter.
@@ -77,16 +118,6 @@ class TaskLaw : public ControlLaw {
   }
 
  private:
-  static std::vector<PointState> desiredPoints(const Scenario& scenario, const ServoGoal& goal) {
-    std::vector<PointState> points;
-    for (std::size_t i = 0; i < goal.pixels.size(); ++i) {
-      const Eigen::Vector2d s =
-          scenario.camera.pinhole().normalise(goal.pixels[i].x(), goal.pixels[i].y());
-      points.push_back({s.x(), s.y(), 1 / goal.Z[i]});
-    }
-    return points;
-  }
-
   const FeaturePointGroup& features_;
   double gain_;
   TaskFunction task_;
@@ -146,6 +177,9 @@ std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const Servo
                                            FeaturePointGroup& features) {
   switch (scenario.control.law) {
     case Law::vpServo:
+      if (scenario.control.features == FeatureKind::moments) {
+        return std::make_unique<MomentLaw>(scenario, goal, features);
+      }
       return std::make_unique<PointLaw>(scenario, goal, features);
     case Law::task:
       try {

@@ -6,6 +6,7 @@
 
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/depth/PointSetEstimator.h"
+#include "depthservo/servo/Replay.h"
 #include "depthservo/servo/Scenario.h"
 
 namespace depthservo {
@@ -26,6 +27,9 @@ struct EstimatorSetup {
   static EstimatorSetup of(const Scenario& scenario);
 };
 
+/// As a replay asks for. \throw InputError the sequence lacks what the estimator needs
+EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options);
+
 /// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at
 /// this frame rate, for the target as seen from the front at the first guess of its distance.
 double observerGain(const EstimatorSetup& setup);
@@ -33,5 +37,8 @@ double observerGain(const EstimatorSetup& setup);
 /// The estimator a user chose, for up to `capacity` points. (`true` is a constant depth that is
 /// told the truth in every frame.)
 std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup, std::size_t capacity);
+
+/// What a joint filter has learnt besides depths; nothing of another estimator.
+std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator);
 
 }  // namespace depthservo
