@@ -804,8 +804,13 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
                                         depth.initial, depth.Z_min, depth.Z_max));
   }
   if (depth.estimator == EstimatorKind::pose) {
-    if (const auto why = whyNoTarget(points))
+    const auto known = s.target.dots().points;
+    if (s.target.type == TargetKind::apriltag && known.empty()) {
+      refuse("target.tags", "depth.estimator: pose needs to know the tags: give assumed_size");
+    }
+    if (const auto why = whyNoTarget(known)) {
       refuse("target.points", fmt::format("depth.estimator: pose needs more: {}", *why));
+    }
   }
   if (depth.object && depth.estimator != EstimatorKind::nonlinear) {
     refuse("depth.object",
