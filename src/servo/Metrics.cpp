@@ -82,6 +82,10 @@ Metrics computeMetrics(const RunLog& log) {
       point.relative_error = std::abs(point.Z - point.Z_true) / point.Z_true;
       point.status = feature.estimate.status;
       ++(feature.measured ? point.measured_frames : point.hidden_frames);
+      if (feature.measured && feature.estimate.status == DepthStatus::rejected) {
+        ++point.rejected_frames;
+        ++metrics.rejected_measurements;
+      }
       if (point.hidden_frames > 0) {
         metrics.max_gap_s = std::max(metrics.max_gap_s, frame.time_s - lastMeasured_s);
       }
@@ -90,6 +94,8 @@ Metrics computeMetrics(const RunLog& log) {
   }
   for (const auto& [id, story] : stories) {
     metrics.points.push_back(story.point);
+    const DepthStatus last = story.point.status;
+    if (last == DepthStatus::rejected || last == DepthStatus::lost) ++metrics.rejected_points;
     metrics.final_depth_error_max =
         std::fmax(metrics.final_depth_error_max, story.point.relative_error);
   }
@@ -126,7 +132,8 @@ std::string toJson(const RunLog& log) {
                       {"relative_error", point.relative_error},
                       {"status", toString(point.status)},
                       {"measured_frames", point.measured_frames},
-                      {"hidden_frames", point.hidden_frames}});
+                      {"hidden_frames", point.hidden_frames},
+                      {"rejected_frames", point.rejected_frames}});
   }
   Json json = {{"command", log.command}, {"name", log.name}, {"seed", log.seed}};
   if (log.hasOutcome) json["outcome"] = toString(log.outcome);
@@ -139,7 +146,19 @@ std::string toJson(const RunLog& log) {
                      {"min_border_px", metrics.min_border_px},
                      {"all_in_image", metrics.all_in_image},
                      {"final_depth_error_max", metrics.final_depth_error_max},
-                     {"coverage_2sigma", metrics.coverage_2sigma}};
+                     {"coverage_2sigma", metrics.coverage_2sigma},
+                     {"rejected_measurements", metrics.rejected_measurements},
+                     {"rejected_points", metrics.rejected_points}};
+  if (!log.tags.empty()) {
+    json["tags"] = Json::array();
+    for (const TagRecord& tag : log.tags) {
+      json["tags"].push_back({{"id", tag.id},
+                              {"size", tag.size},
+                              {"observed_size", tag.observed_size},
+                              {"sigma", tag.sigma},
+                              {"disagrees", tag.disagrees}});
+    }
+  }
   json["points"] = std::move(points);
   if (log.frameRate) json["frame_rate"] = frameRateJson(*log.frameRate);
   return json.dump(2, ' ', false, Json::error_handler_t::replace);

@@ -3,14 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "depthservo/tracking/AprilTagTracker.h"
 #include "depthservo/tracking/DotTracker.h"
+#include "depthservo/tracking/KltTracker.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "depthservo/tracking/TargetPose.h"
 #include "servo/FrameRateMonitor.h"
+#include "servo/Stopwatch.h"
+#include "servo/TagSizeMonitor.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
 
@@ -29,8 +34,16 @@ constexpr double kUsualRate = 30;
 }
 
 ReplayTracker chooseTracker(const Sequence& sequence, ReplayTracker wanted) {
-  const bool canSeeDots =
-      sequence.hasImages() && (!sequence.dots().empty() || !sequence.target().points.empty());
+  const bool canSeeDots = sequence.hasImages() && !sequence.tags() &&
+                          (!sequence.dots().empty() || !sequence.target().points.empty());
+  if (wanted == ReplayTracker::automatic && sequence.tags() && sequence.hasImages()) {
+    return ReplayTracker::apriltag;
+  }
+  if ((wanted == ReplayTracker::apriltag || wanted == ReplayTracker::klt) &&
+      !sequence.hasImages()) {
+    refuse(sequence, fmt::format("--tracker {} needs images (rgb.txt)",
+                                 wanted == ReplayTracker::klt ? "klt" : "apriltag"));
+  }
   if (wanted == ReplayTracker::automatic) {
     wanted = sequence.hasImages() ? ReplayTracker::dots : ReplayTracker::tracks;
   }
@@ -72,20 +85,60 @@ ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
   return wanted;
 }
 
-std::unique_ptr<PointTracker> makeTracker(const Sequence& sequence) {
+const char* nameOf(ReplayTracker tracker) {
+  switch (tracker) {
+    case ReplayTracker::apriltag:
+      return "apriltag";
+    case ReplayTracker::klt:
+      return "klt";
+    case ReplayTracker::tracks:
+      return "tracks";
+    default:
+      return "dots";
+  }
+}
+
+/// Whether points and their ids are known only when they are seen.
+bool findsPoints(const Sequence& sequence, ReplayTracker tracker) {
+  return tracker == ReplayTracker::klt || (tracker == ReplayTracker::apriltag && !sequence.tags());
+}
+
+/// The tags of the target, or all of a family with unknown sizes.
+AprilTagTarget tagsOf(const Sequence& sequence, const ReplayOptions& options) {
+  if (sequence.tags()) return *sequence.tags();
+  AprilTagTarget all{options.tagFamily, {}};
+  for (int id = 0; id < aprilTagCount(options.tagFamily); ++id)
+    all.tags.push_back({id, {}, Eigen::Isometry3d::Identity()});
+  return all;
+}
+
+std::unique_ptr<PointTracker> makeTracker(const Sequence& sequence, ReplayTracker tracker,
+                                          const ReplayOptions& options) {
+  if (tracker == ReplayTracker::tracks) return nullptr;
+  if (tracker == ReplayTracker::klt) {
+    KltTrackerOptions klt;
+    klt.points = options.corners;
+    return std::make_unique<KltTracker>(klt);
+  }
+  if (tracker == ReplayTracker::apriltag) {
+    return std::make_unique<AprilTagTracker>(tagsOf(sequence, options));
+  }
   if (sequence.dots().empty()) return std::make_unique<DotTracker>(sequence.target());
   std::vector<Eigen::Vector2d> starts;
   for (const PixelPoint& dot : sequence.dots()) starts.emplace_back(dot.u, dot.v);
   return std::make_unique<DotTracker>(starts);
 }
 
-/// Every id the tracker may give, ascending.
+/// Every id the tracker may give, ascending; none where it finds its points itself.
 std::vector<int> allIds(const Sequence& sequence, ReplayTracker tracker) {
   std::set<int> ids;
+  if (findsPoints(sequence, tracker)) return {};
   if (tracker == ReplayTracker::tracks) {
     for (const SequenceFrame& frame : sequence.frames()) {
       for (const PixelPoint& point : frame.tracks) ids.insert(point.id);
     }
+  } else if (tracker == ReplayTracker::apriltag) {
+    for (int i = 0; i < 4 * static_cast<int>(sequence.tags()->tags.size()); ++i) ids.insert(i);
   } else {
     const std::size_t count =
         sequence.dots().empty() ? sequence.target().points.size() : sequence.dots().size();
@@ -118,7 +171,8 @@ EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
   EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
                        sequence.target()};
   setup.frameRate = frameRate(sequence);
-  setup.sigma = options.pixelNoise_px / sequence.camera().focal_px();
+  setup.sigma =
+      options.pixelNoise_px.value_or(ReplayOptions::kPixelNoise_px) / sequence.camera().focal_px();
   if (setup.depth.estimator == EstimatorKind::pose) {
     if (const auto why = whyNoTarget(setup.target.points)) {
       refuse(sequence, fmt::format("the estimator 'pose' needs a known target: {}; give "
@@ -129,23 +183,35 @@ EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
   return setup;
 }
 
+/// Rejected measurements of a corner, less those accepted, before it is given up.
+constexpr int kMostRejections = 6;
+
 /// One replay under way.
 class Replayer {
  public:
   Replayer(const Sequence& sequence, const ReplayOptions& options)
       : sequence_(sequence),
         camera_(sequence.camera()),
-        sigma_(options.pixelNoise_px / camera_.focal_px()),
         trackerKind_(chooseTracker(sequence, options.tracker)),
         motionKind_(chooseMotion(sequence, options.motion)),
         ids_(allIds(sequence, trackerKind_)),
-        estimator_(makeEstimator(setupOf(sequence, options), ids_.size())),
+        findsPoints_(findsPoints(sequence, trackerKind_)),
+        sigma_px_(options.pixelNoise_px),
+        prior_{options.depth.initial},
+        estimator_(makeEstimator(setupOf(sequence, options),
+                                 findsPoints_ ? capacityOf(options) : ids_.size())),
+        tracker_(makeTracker(sequence, trackerKind_, options)),
         frameRate_(setupOf(sequence, options)),
         targetPose_(sequence.target(), camera_) {
-    DepthPrior prior{options.depth.initial};
-    if (options.priorSigma_Z) prior.sigma_chi = *options.priorSigma_Z / (prior.Z * prior.Z);
-    for (const int id : ids_) estimator_->setPrior(id, prior);
-    if (trackerKind_ == ReplayTracker::dots) tracker_ = makeTracker(sequence);
+    if (options.priorSigma_Z) prior_.sigma_chi = *options.priorSigma_Z / (prior_.Z * prior_.Z);
+    for (const int id : ids_) estimator_->setPrior(id, prior_);
+    const bool measuresItself =
+        trackerKind_ == ReplayTracker::klt || trackerKind_ == ReplayTracker::apriltag;
+    if (!sigma_px_ && !measuresItself) sigma_px_ = ReplayOptions::kPixelNoise_px;
+    if (trackerKind_ == ReplayTracker::apriltag) {
+      tags_.emplace(tagsOf(sequence, options), camera_, options.pixelNoise_px);
+    }
+    log_.timings = {{"image", {}}, {"tracking", {}}, {"estimation", {}}};
 
     if (motionKind_ == ReplayMotion::twist) rows_ = sequence.odometry();
     if (motionKind_ == ReplayMotion::groundtruth) rows_ = odometryFromPoses(sequence.poses());
@@ -160,6 +226,7 @@ class Replayer {
       if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(count));
     }
     log_.frameRate = frameRate_.report();
+    if (tags_) log_.tags = tags_->results();
     return std::move(log_);
   }
 
@@ -168,14 +235,24 @@ class Replayer {
     const SequenceFrame& source = sequence_.frames()[k];
     readOdometry(source.time_s);
     const std::vector<TrackedPoint> points = track(k);
+    if (findsPoints_) renewPoints(points);
+    Stopwatch watch;
     const std::optional<TargetPose::Result> pose = followTarget(source.time_s, points);
     const Coverage coverage = estimator_->advance(odometry_, source.time_s);
     noteCoverage(source.time_s, coverage);
     const bool isUsed = coverage != Coverage::afterEnd && coverage != Coverage::reversed;
     if (isUsed) correct(points);
+    if (trackerKind_ == ReplayTracker::klt) giveUpMovingPoints();
+    if (tags_) {
+      for (const std::string& event : tags_->compare(points, *estimator_)) {
+        log_.events.push_back({source.time_s, event});
+      }
+    }
     if (const auto news = frameRate_.watch(*estimator_)) {
       log_.events.push_back({source.time_s, *news});
     }
+
+    log_.timings[2].second.push_back(watch.lap());
 
     FrameRecord record;
     record.time_s = source.time_s;
@@ -216,14 +293,51 @@ class Replayer {
         points.push_back({point.id, point.u, point.v, 0});
       return points;
     }
+    Stopwatch watch;
     const vpImage<unsigned char> image = sequence_.readImage(k);
+    log_.timings[0].second.push_back(watch.lap());
     if (k == 0 || k + 1 == sequence_.frames().size()) {
       log_.images.emplace_back(
           k == 0 ? "first" : "last",
           std::vector<unsigned char>(image.bitmap, image.bitmap + image.getSize()));
     }
-    return tracker_->track(image,
-                           expectedPoints(*estimator_, ids_, odometry_, source.time_s, camera_));
+    watch.lap();
+    std::vector<TrackedPoint> points = tracker_->track(
+        image, expectedPoints(*estimator_, ids_, odometry_, source.time_s, camera_));
+    log_.timings[1].second.push_back(watch.lap());
+    return points;
+  }
+
+  static std::size_t capacityOf(const ReplayOptions& options) {
+    constexpr std::size_t kMostTagCorners = 4 * 64;
+    return std::max(kMostTagCorners, static_cast<std::size_t>(options.corners));
+  }
+
+  /// Points that the tracker has found or will not give again; ids_ stays ascending.
+  void renewPoints(const std::vector<TrackedPoint>& points) {
+    for (const int id : tracker_->retired()) {
+      estimator_->retire(id);
+      const auto place = std::lower_bound(ids_.begin(), ids_.end(), id);
+      if (place != ids_.end() && *place == id) ids_.erase(place);
+    }
+    for (const TrackedPoint& point : points) {
+      const auto place = std::lower_bound(ids_.begin(), ids_.end(), point.id);
+      if (place != ids_.end() && *place == point.id) continue;
+      if (estimator_->setPrior(point.id, prior_)) ids_.insert(place, point.id);
+    }
+  }
+
+  /// A corner whose measurements go on contradicting the camera's motion moves by itself, or is the
+  /// seam of two things at different depths.
+  void giveUpMovingPoints() {
+    for (const int id : ids_) {
+      const bool isRejected = estimator_->estimate(id).status == DepthStatus::rejected;
+      int& count = rejections_[id];
+      count = isRejected ? count + 1 : std::max(0, count - 1);
+      if (count < kMostRejections) continue;
+      tracker_->giveUp(id);
+      rejections_.erase(id);
+    }
   }
 
   /// With --motion target, the target's pose in this image says how the camera has moved since the
@@ -247,7 +361,8 @@ class Replayer {
     observations_.clear();
     for (const TrackedPoint& point : points) {
       const Eigen::Vector2d s = camera_.normalise(point.u, point.v);
-      observations_.push_back({point.id, {s.x(), s.y(), sigma_}});
+      const double sigma_px = sigma_px_.value_or(point.sigma_px);
+      observations_.push_back({point.id, {s.x(), s.y(), sigma_px / camera_.focal_px()}});
     }
     estimator_->correct(observations_);
   }
@@ -257,6 +372,7 @@ class Replayer {
     for (const TrueDepth& truth : source.truth) {
       if (truth.id == id) return truth.Z;
     }
+    if (tags_ && source.truth.empty()) return tags_->depthByPose(id);
     if (!pose || id < 0 || static_cast<std::size_t>(id) >= sequence_.target().points.size()) {
       return kUnknown;
     }
@@ -276,18 +392,19 @@ class Replayer {
     log_.name = sequence_.name();
     log_.camera = camera_;
     nlohmann::ordered_json configuration{
-        {"tracker", trackerKind_ == ReplayTracker::dots ? "dots" : "tracks"},
+        {"tracker", nameOf(trackerKind_)},
         {"motion", motionKind_ == ReplayMotion::twist         ? "twist"
                    : motionKind_ == ReplayMotion::groundtruth ? "groundtruth"
                                                               : "target"},
         {"estimator", toString(options.depth.estimator)},
         {"prior_Z", options.depth.initial},
         {"prior_sigma_Z", nullptr},
-        {"pixel_noise", options.pixelNoise_px},
+        {"pixel_noise", nullptr},
         {"odometry_noise", nullptr},
         {"odometry_scale_sigma", options.odometryScaleSigma},
         {"Z_min", options.depth.Z_min},
         {"Z_max", options.depth.Z_max}};
+    if (sigma_px_) configuration["pixel_noise"] = *sigma_px_;
     if (options.priorSigma_Z) configuration["prior_sigma_Z"] = *options.priorSigma_Z;
     if (const auto& noise = options.odometryNoise) {
       configuration["odometry_noise"] = {noise->sigma_v, noise->sigma_w};
@@ -297,13 +414,17 @@ class Replayer {
 
   const Sequence& sequence_;
   PinholeCamera camera_;
-  double sigma_;  // normalised
   ReplayTracker trackerKind_;
   ReplayMotion motionKind_;
-  std::vector<int> ids_;
+  std::vector<int> ids_;            // ascending
+  bool findsPoints_;                // ids_ come and go
+  std::optional<double> sigma_px_;  // none: the tracker's own
+  DepthPrior prior_;
+  std::map<int, int> rejections_;  // by id, less the measurements accepted
   std::unique_ptr<PointSetEstimator> estimator_;
-  FrameRateMonitor frameRate_;
   std::unique_ptr<PointTracker> tracker_;  // none: tracks.csv
+  std::optional<TagSizeMonitor> tags_;
+  FrameRateMonitor frameRate_;
   TargetPose targetPose_;
   std::optional<CameraPose> lastPose_;
   std::vector<OdometryRow> rows_;  // of the sequence; none when the target tells the motion
@@ -325,7 +446,7 @@ ReplayOptions ReplayOptions::of(const Sequence& sequence) {
         *hints.estimator, {sequence.folder() + "/sequence.yaml", 0, "replay.estimator"});
   }
   options.depth.initial = hints.prior.value_or(options.depth.initial);
-  options.pixelNoise_px = hints.pixel_noise.value_or(options.pixelNoise_px);
+  options.pixelNoise_px = hints.pixel_noise;
   if (const auto& noise = hints.odometry_noise) {
     options.odometryNoise =
         noise->isZero() ? OdometryNoise::none()

@@ -4,7 +4,6 @@
 #include <visp3/core/vpException.h>
 
 #include <algorithm>
-#include <chrono>
 #include <deque>
 #include <limits>
 
@@ -15,6 +14,7 @@
 #include "servo/CameraClock.h"
 #include "servo/ControlLaw.h"
 #include "servo/OutcomeJudge.h"
+#include "servo/Stopwatch.h"
 #include "servo/TagSizeMonitor.h"
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
@@ -63,20 +63,6 @@ ServoGoal goalOf(const Scenario& scenario, const World& world) {
   }
   return goal;
 }
-
-/// Seconds of wall clock since the last call.
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const std::chrono::duration<double> lap = now - last_;
-    last_ = now;
-    return lap.count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 }  // namespace
 

@@ -18,8 +18,8 @@ struct EstimatorSetup {
   double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
 };
 
-/// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at this
-/// frame rate, for the target as seen from the front at the first guess of its distance.
+/// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at
+/// this frame rate, for the target as seen from the front at the first guess of its distance.
 double observerGain(const EstimatorSetup& setup);
 
 /// The estimator a user chose, for up to `capacity` points. (`true` is a constant depth that is

@@ -16,6 +16,7 @@ struct PointMetrics {
   double relative_error = kUnknown;         ///< |Z - Z_true| / Z_true [-]
   DepthStatus status = DepthStatus::unset;
   std::size_t measured_frames = 0, hidden_frames = 0;
+  std::size_t rejected_frames = 0;  ///< measured, and contradicting the prediction
 };
 
 /// The figures of a run or a replay. Whatever the log cannot tell is kUnknown.
@@ -31,7 +32,9 @@ struct Metrics {
   /// Share of the estimates (converging or valid, truth known) whose inverse depth is within 2
   /// sigma of the true one [-]; 0.954 for an honest sigma and Gaussian errors.
   double coverage_2sigma = kUnknown;
-  std::vector<PointMetrics> points;  ///< by ascending id
+  std::size_t rejected_measurements = 0;  ///< of all points
+  std::size_t rejected_points = 0;        ///< last known as rejected or lost: not to be relied on
+  std::vector<PointMetrics> points;       ///< by ascending id
 };
 
 Metrics computeMetrics(const RunLog& log);
