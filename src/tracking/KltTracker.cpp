@@ -24,8 +24,9 @@ constexpr double kNewLook = 0.05;        // loss of similarity, since a look was
 constexpr double kNewLookWarp_px = 0.7;  // zoom and roll that are too much for the old one
 constexpr double kRefound = 0.9;         // similarity it takes to be seen again
 constexpr double kCornerShift_px = 3;    // from the pixel with the best gradients to the corner
-constexpr double kFloor_px = 0.03;
-constexpr double kCorrelated = 2.5;   // neighbouring pixels of a bilinear patch share noise
+constexpr double kWarpError = 0.06;      // of zoom and roll, left in the position
+constexpr double kFloor_px = 0.015;
+constexpr double kCorrelated = 2;     // neighbouring pixels of a bilinear patch share noise
 constexpr double kChooseBelow = 0.8;  // of the points
 constexpr int kChooseEvery = 5;       // images, at most
 constexpr int kLevelsNear = 1;        // of the pyramid: 20 px about the place
@@ -211,7 +212,8 @@ class KltTracker::Impl {
     track.velocity = (aligned->point - track.point) / track.unseen;
     track.point = aligned->point;
     track.unseen = 0;
-    const double variance = kCorrelated * aligned->sigma_px * aligned->sigma_px;
+    const double warp_px = kWarpError * aligned->warp_px;
+    const double variance = kCorrelated * aligned->sigma_px * aligned->sigma_px + warp_px * warp_px;
     track.sigma_px = std::sqrt(variance + track.variance_px2 + kFloor_px * kFloor_px);
     if (track.similarity == 0) track.similarity = aligned->similarity;
     const bool looksTheSame =

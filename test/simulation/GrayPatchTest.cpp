@@ -167,7 +167,7 @@ TEST(GrayPatch, is_not_seen_from_behind_nor_behind_the_camera) {
 
 TEST(GrayPatch, cells_that_reach_behind_the_camera_are_left_out_and_the_others_drawn) {
   const GrayPatch floor = GrayPatch::random(1, 20, 2, 40, 4);
-  const Eigen::Isometry3d cMo = pose({0, 0.5, 0}, {M_PI / 2 - 0.01, 0, 0});
+  const Eigen::Isometry3d cMo = pose({0, 0.5, 0}, {0.01 - M_PI / 2, 0, 0});
   const Image image = shot({floor}, viewOf(cMo));
   int drawn = 0;
   for (unsigned i = 0; i < image.getSize(); ++i) drawn += image.bitmap[i] != 220;

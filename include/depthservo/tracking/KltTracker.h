@@ -28,7 +28,7 @@ struct KltTrackerOptions {
 /// from the others.
 ///
 /// sigma_px: what is left of the difference to the look, through the least squares of the
-/// alignment; at least 0.03 px. Which points move by themselves the tracker cannot know: the
+/// alignment; at least 0.015 px. Which points move by themselves the tracker cannot know: the
 /// estimators' gates find them (`giveUp`).
 ///
 /// No display is needed and nothing is printed. `track` allocates.
