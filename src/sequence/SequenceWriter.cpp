@@ -24,15 +24,17 @@ std::string timeText(double time_s) { return fmt::format("{:.9f}", time_s); }
 std::string cameraInfo(const PinholeCamera& camera) {
   const std::string fx = exact(camera.fx), fy = exact(camera.fy), cx = exact(camera.cx),
                     cy = exact(camera.cy);
+  const LensDistortion& d = camera.distortion;
   return fmt::format(
       "image_width: {}\nimage_height: {}\ncamera_name: camera\n"
       "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [{}, 0, {}, 0, {}, {}, 0, 0, 1]\n"
       "distortion_model: plumb_bob\n"
-      "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n"
+      "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [{}, {}, {}, {}, {}]\n"
       "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
       "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}, 0, {}, 0, 0, {}, {}, 0, 0, 0, 1, "
       "0]\n",
-      camera.width, camera.height, fx, cx, fy, cy, fx, cx, fy, cy);
+      camera.width, camera.height, fx, cx, fy, cy, exact(d.k1()), exact(d.k2()), exact(d.p1()),
+      exact(d.p2()), exact(d.k3()), fx, cx, fy, cy);
 }
 
 std::string replayYaml(const ReplayHints& hints) {
@@ -52,6 +54,8 @@ std::string replayYaml(const ReplayHints& hints) {
   add("Z_max", hints.Z_max);
   add("settling", hints.settling);
   add("W_min", hints.W_min);
+  add("ke", hints.ke);
+  add("kappa", hints.kappa);
   add("k", hints.k);
   add("k_3", hints.k_3);
   return text.empty() ? "" : "replay:\n" + text;

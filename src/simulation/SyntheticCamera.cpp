@@ -234,6 +234,7 @@ void SyntheticCamera::prepare() {
   const auto isGray = [](double gray) { return gray >= 0 && gray <= 255; };
   require(camera.width > 0 && camera.height > 0, "the image has no size");
   require(std::isnormal(camera.fx) && std::isnormal(camera.fy), "the focal length must not be 0");
+  require(camera.distortion.isNone(), "images are drawn without lens distortion");
   require(std::isfinite(camera.cx) && std::isfinite(camera.cy), "cx, cy must be finite");
   require(isGray(options.background) && isGray(options.dot), "gray levels are 0..255");
   require(options.gray_noise >= 0 && options.gray_noise <= 255, "gray_noise is 0..255");

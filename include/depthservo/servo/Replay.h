@@ -32,11 +32,8 @@ struct ReplayOptions {
   ReplayMotion motion = ReplayMotion::automatic;
   Scenario::Depth depth;               ///< estimator, first guess, range
   std::optional<double> priorSigma_Z;  ///< 1 sigma of the first guess [m]; none: the wide default
-
-  /// 1 sigma per axis told to the estimator [px]; none: what apriltag and klt say of each point,
-  /// kPixelNoise_px with dots and tracks.
-  std::optional<double> pixelNoise_px;
-  static constexpr double kPixelNoise_px = 0.5;
+  double pixelNoise_px = 0.5;          ///< 1 sigma per axis told to the estimator [px]
+  bool isPixelNoiseGiven = false;      ///< if not, apriltag and klt say it of each point themselves
 
   std::string tagFamily = "36h11";  ///< of AprilTags when the sequence does not name its target
   int corners = 300;                ///< as many as klt follows at once, 1..2000
