@@ -1,12 +1,16 @@
 #include "depthservo/servo/Replay.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
 
 #include "ProgressBar.h"
+#include "TagLines.h"
 #include "commands.h"
 #include "depthservo/servo/Baseline.h"
 #include "depthservo/servo/FocalReplay.h"
@@ -21,6 +25,8 @@ struct ReplayArguments {
   std::string sequence, estimator, prior, baseline, out, tracker = "auto", motion = "auto";
   std::string observe = "depth";
   SequenceOptions source;
+  std::string tagFamily;
+  int corners = 0;
   double pixelNoise_px = 0;
   std::vector<double> odometryNoise, focalGains;
   std::optional<double> odometryScaleSigma, ke;
@@ -52,10 +58,10 @@ ReplayTracker trackerNamed(const std::string& name) {
   if (name == "auto") return ReplayTracker::automatic;
   if (name == "dots") return ReplayTracker::dots;
   if (name == "tracks") return ReplayTracker::tracks;
-  if (name == "apriltag" || name == "klt") {
-    refuse("--tracker", fmt::format("'{}' is not in this version; use dots or tracks", name));
-  }
-  refuse("--tracker", fmt::format("'{}' is not known; expected dots or tracks", name));
+  if (name == "apriltag") return ReplayTracker::apriltag;
+  if (name == "klt") return ReplayTracker::klt;
+  refuse("--tracker",
+         fmt::format("'{}' is not known; expected dots, apriltag, klt or tracks", name));
 }
 
 ReplayMotion motionNamed(const std::string& name) {
@@ -88,13 +94,64 @@ ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequen
                                                          : OdometryNoise::white(sigma_v, sigma_w);
   }
   if (arguments.odometryScaleSigma) options.odometryScaleSigma = *arguments.odometryScaleSigma;
-  if (arguments.pixelNoise_px > 0) options.pixelNoise_px = arguments.pixelNoise_px;
+  if (!arguments.tagFamily.empty()) {
+    const std::vector<std::string> families = aprilTagFamilies();
+    if (std::find(families.begin(), families.end(), arguments.tagFamily) == families.end()) {
+      refuse("--tag-family", fmt::format("'{}' is not known; expected {}", arguments.tagFamily,
+                                         fmt::join(families, ", ")));
+    }
+    if (sequence.tags()) refuse("--tag-family", "the sequence names its tags (sequence.yaml)");
+    options.tagFamily = arguments.tagFamily;
+  }
+  if (arguments.corners > 0) options.corners = arguments.corners;
+  if (arguments.pixelNoise_px > 0) {
+    options.pixelNoise_px = arguments.pixelNoise_px;
+    options.isPixelNoiseGiven = true;
+  }
   return options;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return kUnknown;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// So many points that only their statistics can be read.
+void printStatistics(const Metrics& metrics) {
+  std::vector<double> Z, sigma, error;
+  std::map<DepthStatus, int> count;
+  for (const PointMetrics& point : metrics.points) {
+    ++count[point.status];
+    if (point.status != DepthStatus::valid) continue;
+    Z.push_back(point.Z);
+    sigma.push_back(point.sigma_Z / point.Z);
+    if (std::isfinite(point.relative_error)) error.push_back(point.relative_error);
+  }
+  std::string statuses;
+  for (const auto& [status, n] : count) {
+    statuses += fmt::format("{}{} {}", statuses.empty() ? "" : ", ", n, toString(status));
+  }
+  fmt::print(stderr, "  {} points at the last: {}\n", metrics.points.size(), statuses);
+  if (!Z.empty()) {
+    fmt::print(stderr, "  valid: median Z {:.3g} m, median sigma {:.2g} %", median(Z),
+               100 * median(sigma));
+    if (!error.empty()) fmt::print(stderr, ", median error {:.2g} %", 100 * median(error));
+    fmt::print(stderr, "\n");
+  }
 }
 
 void printTable(const RunLog& log) {
   const Metrics metrics = computeMetrics(log);
   fmt::print(stderr, "{}: {} frames, {:.2f} s\n", log.name, metrics.frames, metrics.duration_s);
+  if (metrics.rejected_measurements > 0) {
+    fmt::print(stderr, "  {} measurements rejected; {} points not to be relied on\n",
+               metrics.rejected_measurements, metrics.rejected_points);
+  }
+  printTags(log);
+  constexpr std::size_t kMostLines = 16;
+  if (metrics.points.size() > kMostLines) return printStatistics(metrics);
   for (const PointMetrics& point : metrics.points) {
     fmt::print(stderr, "  point {}: Z {:.4g} +- {:.2g} m (2 sigma), {}, measured in {} frames",
                point.id, point.Z, 2 * point.sigma_Z, toString(point.status), point.measured_frames);
@@ -195,7 +252,9 @@ void addReplay(CLI::App& app, int& exitCode) {
   auto a = std::make_shared<ReplayArguments>();
   command->add_option("SEQUENCE", a->sequence, "Folder: see doc/formats.md")->required();
   command
-      ->add_option("--tracker", a->tracker, "dots | tracks; default: dots where there are images")
+      ->add_option(
+          "--tracker", a->tracker,
+          "dots | apriltag | klt | tracks; default: the target's, dots where there are images")
       ->type_name("NAME");
   command
       ->add_option("--estimator", a->estimator,
@@ -211,7 +270,16 @@ void addReplay(CLI::App& app, int& exitCode) {
       ->add_option("--motion", a->motion,
                    "twist | groundtruth | target; default: the first that the sequence has")
       ->type_name("SOURCE");
-  command->add_option("--pixel-noise", a->pixelNoise_px, "1 sigma per axis [px]; default 0.5")
+  command
+      ->add_option("--tag-family", a->tagFamily,
+                   "Of AprilTags that sequence.yaml does not name; default 36h11")
+      ->type_name("NAME");
+  command->add_option("--corners", a->corners, "That klt follows at once; default 300")
+      ->type_name("N")
+      ->check(CLI::Range(1, 2000));
+  command
+      ->add_option("--pixel-noise", a->pixelNoise_px,
+                   "1 sigma per axis [px]; default 0.5, of apriltag and klt what they measure")
       ->type_name("PX")
       ->check(CLI::PositiveNumber);
   command

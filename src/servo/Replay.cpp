@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "depthservo/tracking/AprilTagTracker.h"
 #include "depthservo/tracking/DotTracker.h"
+#include "depthservo/tracking/KltTracker.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "servo/ImageObserver.h"
+#include "servo/Stopwatch.h"
 #include "servo/makeEstimator.h"
 #include "servo/unexcited.h"
 
@@ -28,8 +32,16 @@ constexpr double kUsualRate = 30;
 }
 
 ReplayTracker chooseTracker(const Sequence& sequence, ReplayTracker wanted) {
-  const bool canSeeDots =
-      sequence.hasImages() && (!sequence.dots().empty() || !sequence.target().points.empty());
+  const bool canSeeDots = sequence.hasImages() && !sequence.tags() &&
+                          (!sequence.dots().empty() || !sequence.target().points.empty());
+  if (wanted == ReplayTracker::automatic && sequence.tags() && sequence.hasImages()) {
+    return ReplayTracker::apriltag;
+  }
+  if ((wanted == ReplayTracker::apriltag || wanted == ReplayTracker::klt) &&
+      !sequence.hasImages()) {
+    refuse(sequence, fmt::format("--tracker {} needs images (rgb.txt)",
+                                 wanted == ReplayTracker::klt ? "klt" : "apriltag"));
+  }
   if (wanted == ReplayTracker::automatic) {
     wanted = sequence.hasImages() ? ReplayTracker::dots : ReplayTracker::tracks;
   }
@@ -74,20 +86,60 @@ ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
   return wanted;
 }
 
-std::unique_ptr<PointTracker> makeTracker(const Sequence& sequence) {
+const char* nameOf(ReplayTracker tracker) {
+  switch (tracker) {
+    case ReplayTracker::apriltag:
+      return "apriltag";
+    case ReplayTracker::klt:
+      return "klt";
+    case ReplayTracker::tracks:
+      return "tracks";
+    default:
+      return "dots";
+  }
+}
+
+/// Whether points and their ids are known only when they are seen.
+bool findsPoints(const Sequence& sequence, ReplayTracker tracker) {
+  return tracker == ReplayTracker::klt || (tracker == ReplayTracker::apriltag && !sequence.tags());
+}
+
+/// The tags of the target, or all of a family with unknown sizes.
+AprilTagTarget tagsOf(const Sequence& sequence, const ReplayOptions& options) {
+  if (sequence.tags()) return *sequence.tags();
+  AprilTagTarget all{options.tagFamily, {}};
+  for (int id = 0; id < aprilTagCount(options.tagFamily); ++id)
+    all.tags.push_back({id, {}, Eigen::Isometry3d::Identity()});
+  return all;
+}
+
+std::unique_ptr<PointTracker> makeTracker(const Sequence& sequence, ReplayTracker tracker,
+                                          const ReplayOptions& options) {
+  if (tracker == ReplayTracker::tracks) return nullptr;
+  if (tracker == ReplayTracker::klt) {
+    KltTrackerOptions klt;
+    klt.points = options.corners;
+    return std::make_unique<KltTracker>(klt);
+  }
+  if (tracker == ReplayTracker::apriltag) {
+    return std::make_unique<AprilTagTracker>(tagsOf(sequence, options));
+  }
   if (sequence.dots().empty()) return std::make_unique<DotTracker>(sequence.target());
   std::vector<Eigen::Vector2d> starts;
   for (const PixelPoint& dot : sequence.dots()) starts.emplace_back(dot.u, dot.v);
   return std::make_unique<DotTracker>(starts);
 }
 
-/// Every id the tracker may give, ascending.
+/// Every id the tracker may give, ascending; none where it finds its points itself.
 std::vector<int> allIds(const Sequence& sequence, ReplayTracker tracker) {
   std::set<int> ids;
+  if (findsPoints(sequence, tracker)) return {};
   if (tracker == ReplayTracker::tracks) {
     for (const SequenceFrame& frame : sequence.frames()) {
       for (const PixelPoint& point : frame.tracks) ids.insert(point.id);
     }
+  } else if (tracker == ReplayTracker::apriltag) {
+    for (int i = 0; i < 4 * static_cast<int>(sequence.tags()->tags.size()); ++i) ids.insert(i);
   } else {
     const std::size_t count =
         sequence.dots().empty() ? sequence.target().points.size() : sequence.dots().size();
@@ -161,6 +213,7 @@ class Replayer {
       if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(count));
     }
     observer_.finish(log_);
+    log_.timings.emplace(log_.timings.begin(), "image", std::move(imageTimes_));
     return std::move(log_);
   }
 
@@ -169,6 +222,9 @@ class Replayer {
     ImageObserver::Parts parts;
     parts.camera = sequence_.camera();
     parts.pixelNoise_px = options.pixelNoise_px;
+    const bool measuresNoise =
+        trackerKind_ == ReplayTracker::apriltag || trackerKind_ == ReplayTracker::klt;
+    parts.takesTrackersNoise = measuresNoise && !options.isPixelNoiseGiven;
     parts.ids = allIds(sequence_, trackerKind_);
     parts.prior = DepthPrior{options.depth.initial};
     if (options.priorSigma_Z) {
@@ -176,11 +232,18 @@ class Replayer {
     }
     parts.estimator = setupOf(sequence_, options);
     parts.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
-    if (trackerKind_ == ReplayTracker::dots) parts.tracker = makeTracker(sequence_);
+    parts.tracker = makeTracker(sequence_, trackerKind_, options);
+    if (findsPoints(sequence_, trackerKind_)) parts.capacity = capacityOf(options);
+    if (trackerKind_ == ReplayTracker::apriltag) parts.tags = tagsOf(sequence_, options);
     if (motionKind_ == ReplayMotion::target) parts.followed = sequence_.target();
     parts.odometryCapacity = std::max(
         {sequence_.frames().size(), sequence_.odometry().size(), sequence_.poses().size()});
     return parts;
+  }
+
+  static std::size_t capacityOf(const ReplayOptions& options) {
+    constexpr std::size_t kMostTagCorners = 4 * 64;
+    return std::max(kMostTagCorners, static_cast<std::size_t>(options.corners));
   }
 
   void offer(const std::vector<OdometryRow>& rows) {
@@ -196,7 +259,9 @@ class Replayer {
     input.isMotionKnown = isMotionKnown(source.time_s);
     vpImage<unsigned char> image;
     if (trackerKind_ != ReplayTracker::tracks) {
+      Stopwatch watch;
       image = sequence_.readImage(k);
+      imageTimes_.push_back(watch.lap());
       input.image = &image;
       if (k == 0 || k + 1 == sequence_.frames().size()) {
         log_.images.emplace_back(
@@ -228,18 +293,23 @@ class Replayer {
     log_.name = sequence_.name();
     log_.camera = sequence_.camera();
     nlohmann::ordered_json configuration{
-        {"tracker", trackerKind_ == ReplayTracker::dots ? "dots" : "tracks"},
+        {"tracker", nameOf(trackerKind_)},
         {"motion", motionKind_ == ReplayMotion::twist         ? "twist"
                    : motionKind_ == ReplayMotion::groundtruth ? "groundtruth"
                                                               : "target"},
         {"estimator", toString(options.depth.estimator)},
         {"prior_Z", options.depth.initial},
         {"prior_sigma_Z", nullptr},
-        {"pixel_noise", options.pixelNoise_px},
+        {"pixel_noise", nullptr},
         {"odometry_noise", nullptr},
         {"odometry_scale_sigma", options.odometryScaleSigma},
         {"Z_min", options.depth.Z_min},
         {"Z_max", options.depth.Z_max}};
+    const bool measuresNoise =
+        trackerKind_ == ReplayTracker::apriltag || trackerKind_ == ReplayTracker::klt;
+    if (options.isPixelNoiseGiven || !measuresNoise) {
+      configuration["pixel_noise"] = options.pixelNoise_px;
+    }
     if (options.priorSigma_Z) configuration["prior_sigma_Z"] = *options.priorSigma_Z;
     if (const auto& noise = options.odometryNoise) {
       configuration["odometry_noise"] = {noise->sigma_v, noise->sigma_w};
@@ -255,6 +325,7 @@ class Replayer {
   ImageObserver observer_;
   std::vector<PoseGap> gaps_;
   const PoseGap* noted_ = nullptr;
+  std::vector<double> imageTimes_;  // of reading [s]
   RunLog log_;
 };
 
@@ -269,6 +340,7 @@ ReplayOptions ReplayOptions::of(const Sequence& sequence) {
   }
   options.depth.initial = hints.prior.value_or(options.depth.initial);
   options.pixelNoise_px = hints.pixel_noise.value_or(options.pixelNoise_px);
+  options.isPixelNoiseGiven = hints.pixel_noise.has_value();
   if (const auto& noise = hints.odometry_noise) {
     options.odometryNoise =
         noise->isZero() ? OdometryNoise::none()
