@@ -288,7 +288,7 @@ std::vector<ComparedEstimator> limitsOf(const Measured& measured) {
   std::vector<ComparedEstimator> limits{limitOf(measured, "limit", std::move(alone))};
   const MeasuredFrame& first = measured.frames.front();
   if (all.size() > 1 && all.size() <= kMostJoint && first.observations.size() == all.size()) {
-    limits.push_back(limitOf(measured, "joint limit", {Limit(measured, all)}));
+    limits.push_back(limitOf(measured, "joint-limit", {Limit(measured, all)}));
   }
   return limits;
 }

@@ -48,10 +48,10 @@ TEST(Compare, gives_every_estimator_the_same_measurements_and_shows_the_limit) {
 }
 
 TEST(Compare, of_the_estimator_of_the_run_shows_the_errors_of_the_run) {
-  const Result run = depthservo("run " + kQuick + " --json");
+  const auto run = depthservo("run " + kQuick + " --json").json();
   const auto comparison = depthservo("compare " + kQuick + " --json --estimators filter").json();
   double squares = 0;
-  for (const auto& point : run.json()["points"]) {
+  for (const auto& point : run["points"]) {
     squares += std::pow(point["relative_error"].get<double>(), 2) / 4;
   }
   const double last = estimatorNamed(comparison, "filter")["relative_error"].back();
@@ -70,8 +70,9 @@ TEST(Compare, of_a_recorded_sequence_is_that_of_its_scenario) {
     const double b = estimatorNamed(recorded, name)["relative_error"].back();
     EXPECT_NEAR(a, b, 1e-6) << name;
   }
-  EXPECT_NEAR(live["limits"][0]["relative_sigma"][0], recorded["limits"][0]["relative_sigma"][0],
-              1e-5);
+  const double limit = live["limits"][0]["relative_sigma"][0];
+  EXPECT_NEAR(recorded["limits"][0]["relative_sigma"][0], limit, 0.02 * limit)
+      << "the recorded points start where they were measured";
 }
 
 TEST(Compare, without_truth_shows_sigmas_and_differences) {
