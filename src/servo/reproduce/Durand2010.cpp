@@ -573,7 +573,7 @@ Reproduction reproduceDurand2010(const ReproduceOptions& options) {
   returnRows(rows, options.seed, seeds);
   longOcclusionRows(rows, options.seed, seeds);
   observerRows(rows, approach);
-  imageRows(rows, options.seed, options.full ? 100 : 8);
+  imageRows(rows, options.seed, options.full ? 100 : 6);
   return {rows.take(), figures(options.seed), experiments()};
 }
 
