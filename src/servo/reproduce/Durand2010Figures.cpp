@@ -297,6 +297,12 @@ Figure imagesFigure(unsigned seed) {
     double to_s;
     EstimatorKind estimator;
   };
+  Panel errors;
+  errors.title = "true image error, max |s - s*|";
+  errors.xLabel = "time [s]";
+  errors.yLabel = "[px]";
+  errors.logY = true;
+  errors.yRange = {0.5, 500};
   int colour = 0;
   ImageRun shown;
   for (const Case& c : {Case{"hidden for 2 s, window", 9, EstimatorKind::window},
@@ -313,6 +319,11 @@ Figure imagesFigure(unsigned seed) {
       add(path, wMc.translation().x(), wMc.translation().y());
     }
     floor.curves.push_back(path);
+    Curve error = curve(c.title, Curve::Style::line, colour);
+    for (std::size_t k = 0; k < run.log.frames.size(); ++k) {
+      add(error, run.log.frames[k].time_s, run.error_px(k));
+    }
+    errors.curves.push_back(error);
     if (colour++ == 0) shown = std::move(run);
   }
   Figure figure;
@@ -325,7 +336,7 @@ Figure imagesFigure(unsigned seed) {
       "drives "
       "astray and the dots leave the image.";
   figure.columns = 2;
-  figure.panels = {imagePathsOf(shown), floor, depthsOf(shown)};
+  figure.panels = {imagePathsOf(shown), floor, depthsOf(shown), errors};
   return figure;
 }
 
