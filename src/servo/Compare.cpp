@@ -457,8 +457,8 @@ std::string csvOf(const Comparison& comparison) {
 
 std::string percent(double share) {
   if (!std::isfinite(share)) return "&ndash;";
-  return 100 * share < 1000 ? fmt::format("{:.3g} %", 100 * share)
-                            : fmt::format("{:.0f} %", 100 * share);
+  const bool isPlain = 100 * share < 1000 || 100 * share >= 1e6;
+  return isPlain ? fmt::format("{:.3g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
 
 /// One row of the page's table; the limit has no sigma of its own.
