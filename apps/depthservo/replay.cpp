@@ -9,8 +9,10 @@
 #include "ProgressBar.h"
 #include "commands.h"
 #include "depthservo/servo/Baseline.h"
+#include "depthservo/servo/FocalReplay.h"
 #include "depthservo/servo/Metrics.h"
 #include "depthservo/servo/RunFolder.h"
+#include "findings.h"
 
 namespace depthservo {
 namespace {
@@ -20,7 +22,7 @@ struct ReplayArguments {
   std::string observe = "depth";
   SequenceOptions source;
   double pixelNoise_px = 0;
-  std::vector<double> odometryNoise;
+  std::vector<double> odometryNoise, focalGains;
   std::optional<double> odometryScaleSigma, ke;
   bool update = false, json = false;
 };
@@ -68,10 +70,9 @@ ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequen
   ReplayOptions options = ReplayOptions::of(sequence);
   options.tracker = trackerNamed(arguments.tracker);
   options.motion = motionNamed(arguments.motion);
-  if (arguments.observe == "focal")
-    refuse("--observe", "'focal' is not in this version; use depth");
-  if (arguments.observe != "depth") {
-    refuse("--observe", fmt::format("'{}' is not known; expected depth", arguments.observe));
+  if (arguments.observe != "depth" && arguments.observe != "focal") {
+    refuse("--observe",
+           fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
   }
   if (!arguments.estimator.empty()) {
     options.depth.estimator = availableEstimator(arguments.estimator, {"--estimator", 0, ""});
@@ -100,6 +101,9 @@ void printTable(const RunLog& log) {
     if (std::isfinite(point.relative_error)) {
       fmt::print(stderr, ", {:.2g} % from {:.4g} m", 100 * point.relative_error, point.Z_true);
     }
+    if (point.status == DepthStatus::unexcited && !point.unexcited_because.empty()) {
+      fmt::print(stderr, ": {}", point.unexcited_because);
+    }
     fmt::print(stderr, "\n");
   }
 }
@@ -125,6 +129,49 @@ int compare(const RunLog& log, const std::string& file, bool update) {
   return kNotMet;
 }
 
+void printFocal(const FocalReplay& replay) {
+  fmt::print(stderr, "{}: {} frames, {:.2f} s\n", replay.name, replay.frames, replay.duration_s);
+  for (const FocalPoint& point : replay.points) {
+    const FocalEstimate& e = point.estimate;
+    fmt::print(stderr,
+               "  point {}: focal length {:.5g} +- {:.2g} px (2 sigma), {}{}{}; eta1 {:.3g}, eta2 "
+               "{:.3g} px rad/s, sigma_min {:.3g}; measured in {} frames\n",
+               point.id, e.focal_px, 2 * e.sigma_focal_px, toString(e.status),
+               point.unexcited_because.empty() ? "" : ": ", point.unexcited_because, e.eta1, e.eta2,
+               e.sigma_min, point.measured_frames);
+  }
+  fmt::print(stderr, "focal length {:.5g} px, {}; the camera file says {:.6g} px\n",
+             replay.focal_px, toString(replay.status), replay.camera.fx);
+  fmt::print(stderr, "the camera is {:.3g} m ahead of the axis it turns about: ", replay.lever_m);
+  if (replay.Z) {
+    fmt::print(stderr, "without that, {:.5g} px for points at {:g} m\n", replay.compensated_px,
+               *replay.Z);
+  } else {
+    fmt::print(stderr, "divide by 1 + {:.3g} m/Z, or give Z with --prior\n", replay.lever_m);
+  }
+}
+
+int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence,
+                      const ReplayOptions& options) {
+  if (!arguments.baseline.empty()) refuse("--baseline", "is for --observe depth");
+  FocalReplayOptions focal;
+  focal.replay = options;
+  if (!arguments.prior.empty()) focal.Z = options.depth.initial;
+  if (arguments.focalGains.size() == 3) {
+    focal.gains = {arguments.focalGains[0], arguments.focalGains[1], arguments.focalGains[2]};
+  }
+  FocalReplay result;
+  {
+    ProgressBar bar("replay " + sequence.name());
+    result = replayFocal(sequence, focal, [&](double done) { bar.show(done); });
+  }
+  if (!arguments.out.empty()) writeFocalFolder(result, arguments.out);
+  printFocal(result);
+  if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
+  if (arguments.json) fmt::print("{}\n", toJson(result));
+  return kMet;
+}
+
 int replaySequence(const ReplayArguments& arguments) {
   if (arguments.update && arguments.baseline.empty()) refuse("--update", "needs --baseline FILE");
   const Sequence sequence(arguments.sequence, arguments.source);
@@ -133,6 +180,8 @@ int replaySequence(const ReplayArguments& arguments) {
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
   for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
 
+  if (arguments.observe == "focal") return replayFocalLength(arguments, sequence, options);
+  if (!arguments.focalGains.empty()) refuse("--focal-gains", "is for --observe focal");
   RunLog log;
   {
     ProgressBar bar("replay " + sequence.name());
@@ -140,6 +189,7 @@ int replaySequence(const ReplayArguments& arguments) {
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   printTable(log);
+  printFindings(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   if (arguments.json) fmt::print("{}\n", toJson(log));
   return arguments.baseline.empty() ? kMet : compare(log, arguments.baseline, arguments.update);
@@ -191,6 +241,13 @@ void addReplay(CLI::App& app, int& exitCode) {
       ->type_name("F")
       ->check(CLI::PositiveNumber);
   command->add_option("--observe", a->observe, "depth (default) | focal")->type_name("WHAT");
+  command
+      ->add_option("--focal-gains", a->focalGains,
+                   "Gains of --observe focal, for pixels; default: for the motion at hand")
+      ->type_name("K,K3,K4")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(CLI::PositiveNumber);
   command
       ->add_option("--baseline", a->baseline,
                    "Compare with accepted figures; exit 1 when one moved")

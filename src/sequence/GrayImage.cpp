@@ -145,4 +145,28 @@ DEPTHSERVO_VISP vpImage<unsigned char> ImageFile::gray() const {
   return image;
 }
 
+bool ImageFile::isDepth() const {
+  // After the signature comes IHDR: length, type, width, height, bit depth, colour type.
+  constexpr std::size_t kBitDepth = 24, kColourType = 25;
+  constexpr unsigned kGray = 0;
+  return startsWith(bytes_, "\x89PNG") && byteAt(bytes_, kBitDepth) == 16 &&
+         byteAt(bytes_, kColourType) == kGray;
+}
+
+std::vector<std::uint16_t> ImageFile::levels16() const {
+  if (!isDepth()) {
+    throw InputError({path_, 0, ""}, "is not a depth image, expected a 16-bit gray PNG");
+  }
+  const cv::Mat bytes(1, static_cast<int>(bytes_.size()), CV_8U, const_cast<char*>(bytes_.data()));
+  cv::Mat levels;
+  try {
+    levels = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+  }
+  if (levels.rows != size_.height || levels.cols != size_.width || levels.type() != CV_16U) {
+    throw InputError({path_, 0, ""}, "is damaged; copy the image again");
+  }
+  return {levels.ptr<std::uint16_t>(), levels.ptr<std::uint16_t>() + levels.total()};
+}
+
 }  // namespace depthservo::detail

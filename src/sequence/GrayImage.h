@@ -2,8 +2,10 @@
 
 #include <visp3/core/vpImage.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "depthservo/visp.h"
 
@@ -23,6 +25,13 @@ class ImageFile {
 
   /// Throws InputError when the content is damaged.
   DEPTHSERVO_VISP vpImage<unsigned char> gray() const;
+
+  /// The levels of a 16-bit gray PNG, row by row. Throws InputError: another kind of image, or
+  /// damaged.
+  std::vector<std::uint16_t> levels16() const;
+
+  /// Whether it is a PNG with one channel of 16 bits, as depth images are.
+  bool isDepth() const;
 
  private:
   std::string path_, bytes_;

@@ -17,6 +17,9 @@
 #include "sequence/GrayImage.h"
 #include "sequence/StrictYaml.h"
 #include "sequence/TextTable.h"
+#include "sequence/associate.h"
+#include "sequence/cameraFiles.h"
+#include "sequence/dataSets.h"
 
 namespace depthservo {
 namespace {
@@ -28,80 +31,9 @@ using detail::TextTable;
 
 constexpr Range kPixels{-1e6, 1e6};              // px
 constexpr Range kDepths = Range::above(0, 1e6);  // m
-constexpr Range kPositions{-1e7, 1e7};           // m
 constexpr Range kSpeeds{-1e3, 1e3};              // m/s or rad/s
 constexpr Range kRates = Range::above(0, 1e5);   // Hz
-constexpr Range kNumber{-1e9, 1e9};
-constexpr double kSameTime_s = 1e-6;  // a double holds epoch seconds to 0.24 us
-
-struct CameraPreset {
-  const char* name;
-  PinholeCamera camera;
-  const char* warning;
-};
-
-/// Published calibrations: TUM RGB-D benchmark ("Intrinsic camera calibration of the Kinect"),
-/// ICL-NUIM.
-const std::vector<CameraPreset>& cameraPresets() {
-  constexpr const char* kDistorted =
-      "the lens distortion of this TUM camera is neglected: undistort the images for best results";
-  static const std::vector<CameraPreset> presets = {
-      {"tum-fr1", {640, 480, 517.3, 516.5, 318.6, 255.3}, kDistorted},
-      {"tum-fr2", {640, 480, 520.9, 521.0, 325.1, 249.7}, kDistorted},
-      {"tum-fr3", {640, 480, 535.4, 539.2, 320.1, 247.6}, ""},
-      {"icl", {640, 480, 481.20, -480.00, 319.5, 239.5}, ""},
-  };
-  return presets;
-}
-
-/// ROS camera_info, as camera_calibration writes it. The images are raw, so the rectification and
-/// projection matrices play no part.
-PinholeCamera readCameraInfo(const std::string& path) {
-  const detail::YamlValue root = detail::loadYaml(path);
-  const StrictMapping info(
-      root, path, "",
-      {"image_width", "image_height", "camera_name", "camera_matrix", "distortion_model",
-       "distortion_coefficients", "rectification_matrix", "projection_matrix"});
-  const auto matrix = [&](const std::string& key, std::size_t size) {
-    const StrictMapping m = info.mapping(key, {"rows", "cols", "data"});
-    const long long rows = m.integer("rows", {1, 4}, ""), cols = m.integer("cols", {1, 100}, "");
-    if (size > 0 && static_cast<std::size_t>(rows * cols) != size) {
-      m.fail("rows", fmt::format("expected {} elements, got {} x {}", size, rows, cols));
-    }
-    return m.numbers("data", static_cast<std::size_t>(rows * cols), kNumber, "");
-  };
-  PinholeCamera camera;
-  camera.width = static_cast<int>(info.integer("image_width", {1, 16384}, "px"));
-  camera.height = static_cast<int>(info.integer("image_height", {1, 16384}, "px"));
-  if (info.has("camera_name")) info.text("camera_name");
-  const std::vector<double> K = matrix("camera_matrix", 9);
-  camera.fx = K[0];
-  camera.fy = K[4];
-  camera.cx = K[2];
-  camera.cy = K[5];
-  const Range focal = Range::above(0, 1e5), centre{-1e5, 1e5};
-  if (!focal.contains(camera.fx) || !focal.contains(std::abs(camera.fy)) ||
-      !centre.contains(camera.cx) || !centre.contains(camera.cy)) {
-    info.fail("camera_matrix", fmt::format("expected fx and |fy| in {}, cx and cy in {}",
-                                           focal.text("px"), centre.text("px")));
-  }
-  if (K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) {
-    info.fail("camera_matrix", "expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
-  }
-  if (info.has("distortion_model")) info.text("distortion_model");
-  if (info.has("distortion_coefficients")) {
-    for (const double coefficient : matrix("distortion_coefficients", 0)) {
-      if (coefficient != 0) {
-        info.fail("distortion_coefficients",
-                  "lens distortion is not supported yet; undistort the images and the tracks (ROS "
-                  "image_proc) and write zeros");
-      }
-    }
-  }
-  if (info.has("rectification_matrix")) matrix("rectification_matrix", 9);
-  if (info.has("projection_matrix")) matrix("projection_matrix", 12);
-  return camera;
-}
+constexpr double kSameTime_s = 1e-6;             // a double holds epoch seconds to 0.24 us
 
 /// Numbered image files "<before><digits><after>".
 struct NumberedName {
@@ -146,6 +78,44 @@ std::optional<NumberedName> numberedImage(const std::string& file) {
   const std::size_t before = file.find_last_not_of("0123456789", last);
   const std::size_t first = before == std::string::npos ? 0 : before + 1;
   return NumberedName{file.substr(0, first), file.substr(last + 1)};
+}
+
+/// "tags" of a target: family, and a list of {id, size, xyz, quaternion}.
+AprilTagTarget readTags(const StrictMapping& target) {
+  AprilTagTarget tags;
+  if (target.has("family")) tags.family = target.text("family");
+  const std::vector<std::string> families = aprilTagFamilies();
+  if (std::find(families.begin(), families.end(), tags.family) == families.end()) {
+    target.fail("family",
+                fmt::format("there is no AprilTag family {}; the nearest is '{}'",
+                            detail::quoted(tags.family), nearestWord(tags.family, families)));
+  }
+  const int count = aprilTagCount(tags.family);
+  std::set<int> ids;
+  for (const detail::YamlValue& item : target.list("tags").items) {
+    const StrictMapping read(item, target.file(), target.pathOf("tags"),
+                             {"id", "size", "xyz", "quaternion"});
+    AprilTagTarget::Tag tag;
+    tag.id = static_cast<int>(read.integer("id", {0, count - 1.0}, ""));
+    if (!ids.insert(tag.id).second) read.fail("id", fmt::format("tag {} is there twice", tag.id));
+    if (read.has("size")) tag.size = read.number("size", Range::above(0, 10), "m");
+    if (read.has("xyz")) {
+      const std::vector<double> p = read.numbers("xyz", 3, {-100, 100}, "m");
+      tag.oMt.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
+    }
+    if (read.has("quaternion")) {
+      const std::vector<double> q = read.numbers("quaternion", 4, {-1.1, 1.1}, "");
+      const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+      if (!(std::abs(rotation.norm() - 1) < 0.02)) {
+        read.fail("quaternion",
+                  fmt::format("[qx, qy, qz, qw] has the norm {}, expected 1", rotation.norm()));
+      }
+      tag.oMt.linear() = rotation.normalized().toRotationMatrix();
+    }
+    tags.tags.push_back(tag);
+  }
+  if (tags.tags.empty()) target.fail("tags", "expected at least 1 tag");
+  return tags;
 }
 
 std::vector<std::string> filesIn(const std::string& folder) {
@@ -313,9 +283,10 @@ bool exists(const std::string& path) {
 }
 
 ReplayHints readHints(const detail::StrictMapping& settings) {
-  const StrictMapping replay = settings.mapping(
-      "replay", {"estimator", "prior", "pixel_noise", "odometry_noise", "odometry_mode",
-                 "odometry_scale_sigma", "Z_min", "Z_max", "settling", "W_min", "k", "k_3"});
+  const StrictMapping replay =
+      settings.mapping("replay", {"estimator", "prior", "pixel_noise", "odometry_noise",
+                                  "odometry_mode", "odometry_scale_sigma", "Z_min", "Z_max",
+                                  "settling", "W_min", "k", "k_3", "ke", "kappa"});
   ReplayHints hints;
   const auto number = [&](const char* key, std::optional<double>& value, const Range& range,
                           const char* unit) {
@@ -328,6 +299,8 @@ ReplayHints readHints(const detail::StrictMapping& settings) {
   number("Z_max", hints.Z_max, Range::above(0, 1e6), "m");
   number("settling", hints.settling, Range::above(0, 1000), "s");
   number("W_min", hints.W_min, Range::above(0, 10), "m/s");
+  number("ke", hints.ke, Range::above(0, 1000), "1/s");
+  number("kappa", hints.kappa, Range::above(0, 100), "m/s, rad/s");
   number("k", hints.k, Range::above(0, 1e6), "1/s");
   number("k_3", hints.k_3, {0, 1e12}, "1/m^2");
   if (replay.has("odometry_noise")) {
@@ -361,6 +334,24 @@ std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses)
   return rows;
 }
 
+std::vector<PoseGap> gapsOf(const std::vector<CameraPose>& poses) {
+  constexpr double kLeast_s = 0.04, kPeriods = 4;
+  std::vector<double> periods;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    periods.push_back(poses[i].time_s - poses[i - 1].time_s);
+  }
+  if (periods.empty()) return {};
+  std::vector<double> sorted = periods;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double most_s = std::max(kLeast_s, kPeriods * *middle);
+  std::vector<PoseGap> gaps;
+  for (std::size_t i = 0; i < periods.size(); ++i) {
+    if (periods[i] > most_s) gaps.push_back({poses[i].time_s, poses[i + 1].time_s});
+  }
+  return gaps;
+}
+
 Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : folder_(folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
@@ -379,6 +370,7 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
                     tracks = inFolder("tracks.csv"), truth = inFolder("truth.csv"),
                     depth = inFolder("depth.txt");
   if (exists(settings)) readSettings(settings, options);
+  detail::DataSet set;
   if (exists(list)) {
     if (hasImages_) {
       throw InputError({settings, 0, "images"}, "the folder has rgb.txt as well; remove one");
@@ -387,15 +379,35 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
       throw InputError({list, 0, "--fps"}, "is for folders of numbered images; rgb.txt has times");
     }
     useImages(readImageList(list, folder_));
+  } else if (const auto mav0 = detail::eurocFolder(folder_); mav0 && !hasImages_) {
+    if (options.fps > 0) {
+      throw InputError({*mav0, 0, "--fps"}, "is for folders of numbered images; cam0 has times");
+    }
+    set = detail::readEuroc(*mav0);
+    useImages(set.images);
+  } else if (detail::isAssociated(folder_) && !hasImages_) {
+    set = detail::readAssociated(folder_, options.fps);
+    useImages(set.images);
   } else if (!hasImages_ && !exists(tracks)) {
     useImages(plainImageFolder(folder_, options.fps));
   }
-  readCamera(options);
+  warnings_ = set.warnings;
+  readCamera(options, set.camera);
   if (exists(tracks)) readTracks(tracks);
   if (exists(truth)) readTruth(truth);
-  if (exists(depth)) depthImages_ = readImageList(depth, folder_);
+  if (!set.depthImages.empty()) {
+    useDepth(std::move(set.depthImages), inFolder("associations.txt"));
+  } else if (exists(depth)) {
+    useDepth(readImageList(depth, folder_), depth);
+  }
   if (exists(inFolder("twist.csv"))) readOdometry(inFolder("twist.csv"));
-  if (exists(inFolder("groundtruth.txt"))) readPoses(inFolder("groundtruth.txt"));
+  poses_ = std::move(set.poses);
+  if (poses_.empty() && exists(inFolder("groundtruth.txt"))) {
+    const bool isDownloaded = !exists(inFolder("camera.yaml"));
+    poses_ = detail::readPoses(
+        inFolder("groundtruth.txt"),
+        isDownloaded ? detail::UnusablePoses::skip : detail::UnusablePoses::refuse, 1, warnings_);
+  }
 }
 
 std::string Sequence::inFolder(const std::string& file) const {
@@ -411,13 +423,27 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
     depthScale_ = settings.number("depth_scale", Range::above(0, 1e6), "1/m");
   }
   if (settings.has("target")) {
-    const StrictMapping target = settings.mapping("target", {"type", "points", "radius"});
-    if (target.has("type") && target.text("type") != "dots") target.fail("type", "expected dots");
-    for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
-      if (point[2] != 0) target.fail("points", "the dots lie on a flat plate, write z = 0");
-      target_.points.emplace_back(point[0], point[1], point[2]);
+    const StrictMapping target =
+        settings.mapping("target", {"type", "points", "radius", "family", "tags"});
+    const std::string type = target.has("type") ? target.text("type") : "dots";
+    if (type != "dots" && type != "apriltag") target.fail("type", "expected dots or apriltag");
+    const bool hasTags = type == "apriltag";
+    for (const char* key : {"points", "radius"}) {
+      if (hasTags && target.has(key)) target.fail(key, "is for type: dots");
     }
-    if (target_.points.empty()) target.fail("points", "expected at least 1 point");
+    for (const char* key : {"family", "tags"}) {
+      if (!hasTags && target.has(key)) target.fail(key, "is for type: apriltag");
+    }
+    if (hasTags) {
+      tags_ = readTags(target);
+      if (tags_->hasSizes()) target_.points = tags_->corners();
+    } else {
+      for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
+        if (point[2] != 0) target.fail("points", "the dots lie on a flat plate, write z = 0");
+        target_.points.emplace_back(point[0], point[1], point[2]);
+      }
+      if (target_.points.empty()) target.fail("points", "expected at least 1 point");
+    }
     if (target.has("radius")) target_.radius = target.number("radius", {0, 10}, "m");
   }
   if (settings.has("dots")) {
@@ -455,24 +481,22 @@ void Sequence::useImages(std::vector<ListedImage> images) {
   for (auto& image : images) frames_.push_back({image.time_s, std::move(image.path), {}, {}});
 }
 
-void Sequence::readCamera(const SequenceOptions& options) {
-  const auto& presets = cameraPresets();
-  const auto preset = std::find_if(presets.begin(), presets.end(),
-                                   [&](const auto& p) { return options.camera == p.name; });
+void Sequence::readCamera(const SequenceOptions& options,
+                          const std::optional<PinholeCamera>& known) {
   cameraSource_ = options.camera.empty() ? inFolder("camera.yaml") : options.camera;
-  if (preset != presets.end()) {
-    camera_ = preset->camera;
-    if (*preset->warning) warnings_.push_back(fmt::format("{}: {}", preset->name, preset->warning));
+  if (options.camera.empty() && known) {
+    camera_ = *known;
+    cameraSource_ = inFolder("mav0/cam0/sensor.yaml");
+  } else if (const auto preset = detail::cameraPreset(options.camera)) {
+    camera_ = *preset;
   } else if (exists(cameraSource_)) {
-    camera_ = readCameraInfo(cameraSource_);
+    camera_ = detail::readCamera(cameraSource_).camera;
   } else {
-    std::vector<std::string> names;
-    for (const auto& p : presets) names.push_back(p.name);
     throw InputError({cameraSource_, 0, ""},
                      options.camera.empty()
                          ? std::string("missing; give --camera FILE|tum-fr1|tum-fr2|tum-fr3|icl")
                          : "there is no such file and no such preset; the nearest preset is " +
-                               nearestWord(options.camera, names));
+                               nearestWord(options.camera, detail::cameraPresetNames()));
   }
   // A first image that cannot be read matters only to those who read images.
   if (hasImages_) {
@@ -498,11 +522,52 @@ DEPTHSERVO_VISP vpImage<unsigned char> Sequence::readImage(std::size_t frame) co
   return file.gray();
 }
 
+std::optional<DepthMap> Sequence::readDepth(std::size_t frame) const {
+  const std::string& path = frames_[frame].depthImage;
+  if (path.empty()) return std::nullopt;
+  DepthMap map(path, depthScale_);
+  if (map.width() != camera_.width || map.height() != camera_.height) {
+    throw InputError({path, 0, ""},
+                     fmt::format("has {}x{} pixels, the camera has {}x{}", map.width(),
+                                 map.height(), camera_.width, camera_.height));
+  }
+  return map;
+}
+
+void Sequence::useDepth(std::vector<ListedImage> images, const std::string& source) {
+  depthImages_ = std::move(images);
+  std::vector<double> frameTimes, depthTimes;
+  for (const SequenceFrame& frame : frames_) frameTimes.push_back(frame.time_s);
+  for (const ListedImage& image : depthImages_) depthTimes.push_back(image.time_s);
+  const auto partners = detail::associate(frameTimes, depthTimes);
+  std::size_t alone = 0;
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    if (partners[i]) {
+      frames_[i].depthImage = depthImages_[*partners[i]].path;
+    } else {
+      ++alone;
+    }
+  }
+  if (alone == frames_.size()) {
+    throw InputError({source, 0, "timestamp"}, "no time is within 0.02 s of an image's");
+  }
+  if (alone > 0) {
+    warnings_.push_back(fmt::format("{}: {} of {} images have no depth image within 0.02 s", source,
+                                    alone, frames_.size()));
+  }
+}
+
 void Sequence::readTracks(const std::string& path) {
   TextTable table(path, TextTable::Style::csv, {"timestamp", "id", "u", "v"},
                   TextTable::Order::notDecreasing);
   auto groups = readGroups<PixelPoint>(table, [&](int id) {
-    return PixelPoint{id, table.number(2, kPixels, "px"), table.number(3, kPixels, "px")};
+    const PixelPoint point{id, table.number(2, kPixels, "px"), table.number(3, kPixels, "px")};
+    if (!camera_.canNormalise(point.u, point.v)) {
+      table.fail(
+          2, fmt::format("no ray of light reaches ({}, {}) through this lens (distortion of {})",
+                         point.u, point.v, cameraSource_));
+    }
+    return point;
   });
   assignGroups(std::move(groups), &SequenceFrame::tracks, hasImages_, path, frames_, warnings_);
   hasTracks_ = true;
@@ -527,28 +592,6 @@ void Sequence::readOdometry(const std::string& path) {
       row.twist.angular(i) = table.number(static_cast<std::size_t>(4 + i), kSpeeds, "rad/s");
     }
     odometry_.push_back(row);
-  }
-}
-
-void Sequence::readPoses(const std::string& path) {
-  TextTable table(path, TextTable::Style::spaces,
-                  {"timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"});
-  const Range component{-1.1, 1.1};
-  while (table.next()) {
-    CameraPose pose;
-    pose.time_s = table.time();
-    for (int i = 0; i < 3; ++i) {
-      pose.wMc.translation()(i) = table.number(static_cast<std::size_t>(1 + i), kPositions, "m");
-    }
-    const Eigen::Quaterniond q(table.number(7, component, ""), table.number(4, component, ""),
-                               table.number(5, component, ""), table.number(6, component, ""));
-    constexpr double kNormError = 0.02;
-    if (std::abs(q.norm() - 1) > kNormError) {
-      table.fail(
-          4, fmt::format("(qx, qy, qz, qw) is not a unit quaternion: its norm is {}", q.norm()));
-    }
-    pose.wMc.linear() = q.normalized().toRotationMatrix();
-    poses_.push_back(pose);
   }
 }
 

@@ -24,15 +24,17 @@ std::string timeText(double time_s) { return fmt::format("{:.9f}", time_s); }
 std::string cameraInfo(const PinholeCamera& camera) {
   const std::string fx = exact(camera.fx), fy = exact(camera.fy), cx = exact(camera.cx),
                     cy = exact(camera.cy);
+  const LensDistortion& d = camera.distortion;
   return fmt::format(
       "image_width: {}\nimage_height: {}\ncamera_name: camera\n"
       "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [{}, 0, {}, 0, {}, {}, 0, 0, 1]\n"
       "distortion_model: plumb_bob\n"
-      "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n"
+      "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [{}, {}, {}, {}, {}]\n"
       "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
       "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}, 0, {}, 0, 0, {}, {}, 0, 0, 0, 1, "
       "0]\n",
-      camera.width, camera.height, fx, cx, fy, cy, fx, cx, fy, cy);
+      camera.width, camera.height, fx, cx, fy, cy, exact(d.k1()), exact(d.k2()), exact(d.p1()),
+      exact(d.p2()), exact(d.k3()), fx, cx, fy, cy);
 }
 
 std::string replayYaml(const ReplayHints& hints) {
@@ -52,9 +54,25 @@ std::string replayYaml(const ReplayHints& hints) {
   add("Z_max", hints.Z_max);
   add("settling", hints.settling);
   add("W_min", hints.W_min);
+  add("ke", hints.ke);
+  add("kappa", hints.kappa);
   add("k", hints.k);
   add("k_3", hints.k_3);
   return text.empty() ? "" : "replay:\n" + text;
+}
+
+std::string tagsYaml(const AprilTagTarget& target) {
+  std::string text =
+      fmt::format("target:\n  type: apriltag\n  family: {}\n  tags:\n", target.family);
+  for (const AprilTagTarget::Tag& tag : target.tags) {
+    const Eigen::Vector3d& p = tag.oMt.translation();
+    const Eigen::Quaterniond q(tag.oMt.linear());
+    const std::string size = tag.size ? fmt::format(", size: {}", exact(*tag.size)) : "";
+    text += fmt::format("    - {{id: {}{}, xyz: [{}, {}, {}], quaternion: [{}, {}, {}, {}]}}\n",
+                        tag.id, size, exact(p.x()), exact(p.y()), exact(p.z()), exact(q.x()),
+                        exact(q.y()), exact(q.z()), exact(q.w()));
+  }
+  return text;
 }
 
 std::string sequenceYaml(const SequenceSettings& settings) {
@@ -66,7 +84,9 @@ std::string sequenceYaml(const SequenceSettings& settings) {
     for (const auto& value : values) joined += (joined.empty() ? "" : ", ") + item(value);
     return "[" + joined + "]";
   };
-  if (!settings.target.points.empty()) {
+  if (settings.tags) {
+    text += tagsYaml(*settings.tags);
+  } else if (!settings.target.points.empty()) {
     text += "target:\n  type: dots\n  points: " +
             list(settings.target.points,
                  [](const Eigen::Vector3d& p) {

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cctype>
+#include <optional>
 #include <utility>
 
 namespace depthservo::detail {
@@ -20,6 +23,14 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
+/// Seconds of whole nanoseconds: the double nearest to the decimal number, as in our own files.
+std::optional<double> secondsOf(std::string_view text) {
+  const auto nanoseconds = toInteger(text);
+  if (!nanoseconds || *nanoseconds < 0) return std::nullopt;
+  constexpr long long kPerSecond = 1000000000;
+  return toNumber(fmt::format("{}.{:09}", *nanoseconds / kPerSecond, *nanoseconds % kPerSecond));
+}
+
 }  // namespace
 
 TextTable::TextTable(std::string path, Style style, std::vector<std::string> columns, Order order)
@@ -27,8 +38,10 @@ TextTable::TextTable(std::string path, Style style, std::vector<std::string> col
       bytes_(readTextFile(path_, kLimits)),
       style_(style),
       columns_(std::move(columns)),
-      order_(order) {
+      order_(order),
+      width_(columns_.size()) {
   if (style_ == Style::csv) checkHeader();
+  if (style_ == Style::euroc) checkEurocHeader();
 }
 
 bool TextTable::nextLine() {
@@ -37,15 +50,18 @@ bool TextTable::nextLine() {
     content_ = trimmed(std::string_view(bytes_).substr(position_, end - position_));
     position_ = end + 1;
     ++line_;
-    if (!content_.empty() && content_.front() != '#') return true;
+    if (content_.empty()) continue;
+    if (content_.front() != '#') return true;
+    checkComment();
   }
   return false;
 }
 
-void TextTable::split() {
+void TextTable::split() { split(content_); }
+
+void TextTable::split(std::string_view rest) {
   fields_.clear();
-  std::string_view rest = content_;
-  const char* separators = style_ == Style::csv ? "," : " \t";
+  const char* separators = style_ == Style::spaces ? " \t" : ",";
   for (;;) {
     const std::size_t end = rest.find_first_of(separators);
     fields_.push_back(trimmed(rest.substr(0, end)));
@@ -67,6 +83,33 @@ void TextTable::checkHeader() {
   }
 }
 
+void TextTable::checkEurocHeader() {
+  const std::string expected = fmt::format("#{}", fmt::join(columns_, ","));
+  const std::size_t end = std::min(bytes_.find('\n'), bytes_.size());
+  const std::string_view header = trimmed(std::string_view(bytes_).substr(0, end));
+  split(header.empty() || header.front() != '#' ? std::string_view() : header.substr(1));
+  width_ = fields_.size();
+  for (std::string_view& field : fields_) field = trimmed(field.substr(0, field.find('[')));
+  if (width_ < columns_.size() || !std::equal(columns_.begin(), columns_.end(), fields_.begin())) {
+    throw InputError({path_, 1, ""},
+                     fmt::format("expected a header that begins '{}', got {}", expected,
+                                 quoted(std::string_view(bytes_).substr(0, end))));
+  }
+  position_ = end + 1;
+  line_ = 1;
+}
+
+void TextTable::checkComment() {
+  if (style_ != Style::spaces) return;
+  split(trimmed(content_.substr(1)));
+  if (std::is_permutation(fields_.begin(), fields_.end(), columns_.begin(), columns_.end()) &&
+      !std::equal(fields_.begin(), fields_.end(), columns_.begin(), columns_.end())) {
+    throw InputError({path_, line_, ""},
+                     fmt::format("columns in another order: expected '{}', got {}",
+                                 fmt::join(columns_, " "), quoted(content_)));
+  }
+}
+
 bool TextTable::next() {
   if (!nextLine()) {
     if (!hasRow_) {
@@ -76,12 +119,13 @@ bool TextTable::next() {
     return false;
   }
   split();
-  if (fields_.size() != columns_.size()) {
+  if (fields_.size() != width_) {
     const bool missing = fields_.size() < columns_.size();
     throw InputError(
         {path_, line_, missing ? columns_[fields_.size()] : std::string()},
-        fmt::format("{} column: expected {} columns ({}), got {}", missing ? "missing" : "extra",
-                    columns_.size(), fmt::join(columns_, " "), fields_.size()));
+        fmt::format("{} column: expected {} columns ({}{}), got {}",
+                    fields_.size() < width_ ? "missing" : "extra", width_, fmt::join(columns_, " "),
+                    width_ > columns_.size() ? " ..." : "", fields_.size()));
   }
   readTime();
   hasRow_ = true;
@@ -90,7 +134,10 @@ bool TextTable::next() {
 
 void TextTable::readTime() {
   const double before = time_s_;
-  const auto time_s = toNumber(fields_[0]);
+  const auto time_s = style_ == Style::euroc ? secondsOf(fields_[0]) : toNumber(fields_[0]);
+  if (!time_s && style_ == Style::euroc) {
+    fail(0, fmt::format("expected a time in whole nanoseconds, got {}", quoted(fields_[0])));
+  }
   if (!time_s || !kTimes.contains(*time_s)) {
     const bool nanoseconds = time_s && *time_s > kTimes.high;
     fail(0, expectedNumber(kTimes, "s", fields_[0]) + (nanoseconds ? "; is it nanoseconds?" : ""));
@@ -108,6 +155,13 @@ double TextTable::number(std::size_t column, const Range& range, const char* uni
   const auto value = toNumber(fields_[column]);
   if (!value || !range.contains(*value)) fail(column, expectedNumber(range, unit, fields_[column]));
   return *value;
+}
+
+bool TextTable::isNaN(std::size_t column) const {
+  std::string text(fields_[column]);
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text == "nan" || text == "-nan" || text == "+nan";
 }
 
 int TextTable::id(std::size_t column) const {

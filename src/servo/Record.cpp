@@ -1,6 +1,7 @@
 #include "depthservo/servo/Record.h"
 
 #include "depthservo/sequence/SequenceWriter.h"
+#include "servo/makeEstimator.h"
 
 namespace depthservo {
 namespace {
@@ -21,6 +22,10 @@ ReplayHints hintsOf(const Scenario& scenario) {
   hints.W_min = depth.gains.W_min;
   hints.k = depth.gains.k;
   hints.k_3 = depth.gains.k_3;
+  if (depth.estimator == EstimatorKind::pose) {
+    hints.ke = observerGain(EstimatorSetup::of(scenario));
+    hints.kappa = depth.pose.kappa;
+  }
   return hints;
 }
 
@@ -46,8 +51,13 @@ class Recorder : public RunWatcher {
   }
 
   void finish(const std::vector<PixelPoint>& dots) {
-    writer_.finish({scenario_.name, scenario_.camera.pinhole(), scenario_.target.dots(), dots,
-                    hintsOf(scenario_)});
+    SequenceSettings settings{scenario_.name, scenario_.camera.pinhole(), scenario_.target.dots(),
+                              dots, hintsOf(scenario_)};
+    if (scenario_.target.type == TargetKind::apriltag) {
+      settings.tags = scenario_.target.assumedTags();
+      settings.dots.clear();
+    }
+    writer_.finish(settings);
   }
 
  private:

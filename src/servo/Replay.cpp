@@ -9,10 +9,9 @@
 
 #include "depthservo/tracking/DotTracker.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
-#include "depthservo/tracking/TargetPose.h"
-#include "servo/FrameRateMonitor.h"
-#include "servo/expectedPoints.h"
+#include "servo/ImageObserver.h"
 #include "servo/makeEstimator.h"
+#include "servo/unexcited.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -57,14 +56,17 @@ ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
                         : ReplayMotion::target;
     if (wanted == ReplayMotion::target && !hasTarget) {
       refuse(sequence,
-             "the camera's motion is unknown: needs twist.csv, groundtruth.txt or a target of at "
-             "least four points in sequence.yaml");
+             "the camera's motion is unknown: needs twist.csv, ground truth (groundtruth.txt, "
+             "*.gt.freiburg or mav0/state_groundtruth_estimate0/data.csv) or a target of at least "
+             "four points in sequence.yaml");
     }
   }
   if (wanted == ReplayMotion::twist && !hasTwist)
     refuse(sequence, "--motion twist needs twist.csv");
   if (wanted == ReplayMotion::groundtruth && !hasPoses) {
-    refuse(sequence, "--motion groundtruth needs groundtruth.txt with at least two poses");
+    refuse(sequence,
+           "--motion groundtruth needs ground truth with at least two poses (groundtruth.txt, "
+           "*.gt.freiburg or mav0/state_groundtruth_estimate0/data.csv)");
   }
   if (wanted == ReplayMotion::target && !hasTarget) {
     refuse(sequence, "--motion target needs a target of at least four points in sequence.yaml");
@@ -94,13 +96,15 @@ std::vector<int> allIds(const Sequence& sequence, ReplayTracker tracker) {
   return {ids.begin(), ids.end()};
 }
 
-/// Unless declared otherwise, the observer takes odometry for exact and the filters have their own
-/// default.
+}  // namespace
+
 OdometryNoise noiseOf(const ReplayOptions& options) {
   if (options.odometryNoise) return *options.odometryNoise;
   return options.depth.estimator == EstimatorKind::nonlinear ? OdometryNoise::none()
                                                              : OdometryNoise();
 }
+
+namespace {
 
 /// Images per second, by the median of their distances [Hz].
 double frameRate(const Sequence& sequence) {
@@ -113,6 +117,7 @@ double frameRate(const Sequence& sequence) {
   std::nth_element(periods.begin(), middle, periods.end());
   return 1 / *middle;
 }
+
 }  // namespace
 
 EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
@@ -137,22 +142,14 @@ class Replayer {
  public:
   Replayer(const Sequence& sequence, const ReplayOptions& options)
       : sequence_(sequence),
-        camera_(sequence.camera()),
-        sigma_(options.pixelNoise_px / camera_.focal_px()),
         trackerKind_(chooseTracker(sequence, options.tracker)),
         motionKind_(chooseMotion(sequence, options.motion)),
-        ids_(allIds(sequence, trackerKind_)),
-        estimator_(makeEstimator(setupOf(sequence, options), ids_.size())),
-        frameRate_(setupOf(sequence, options)),
-        targetPose_(sequence.target(), camera_) {
-    DepthPrior prior{options.depth.initial};
-    if (options.priorSigma_Z) prior.sigma_chi = *options.priorSigma_Z / (prior.Z * prior.Z);
-    for (const int id : ids_) estimator_->setPrior(id, prior);
-    if (trackerKind_ == ReplayTracker::dots) tracker_ = makeTracker(sequence);
-
-    if (motionKind_ == ReplayMotion::twist) rows_ = sequence.odometry();
-    if (motionKind_ == ReplayMotion::groundtruth) rows_ = odometryFromPoses(sequence.poses());
-    odometry_ = MotionBuffer(std::max(rows_.size(), sequence.frames().size()));
+        observer_(parts(options)) {
+    if (motionKind_ == ReplayMotion::twist) offer(sequence.odometry());
+    if (motionKind_ == ReplayMotion::groundtruth) {
+      offer(odometryFromPoses(sequence.poses()));
+      gaps_ = gapsOf(sequence.poses());
+    }
     describe(options);
   }
 
@@ -160,129 +157,76 @@ class Replayer {
     const std::size_t count = sequence_.frames().size();
     for (std::size_t k = 0; k < count; ++k) {
       log_.frames.push_back(frame(k));
+      for (Event& event : observer_.takeEvents()) log_.events.push_back(std::move(event));
       if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(count));
     }
-    log_.frameRate = frameRate_.report();
+    observer_.finish(log_);
     return std::move(log_);
   }
 
  private:
+  ImageObserver::Parts parts(const ReplayOptions& options) const {
+    ImageObserver::Parts parts;
+    parts.camera = sequence_.camera();
+    parts.pixelNoise_px = options.pixelNoise_px;
+    parts.ids = allIds(sequence_, trackerKind_);
+    parts.prior = DepthPrior{options.depth.initial};
+    if (options.priorSigma_Z) {
+      parts.prior.sigma_chi = *options.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
+    }
+    parts.estimator = setupOf(sequence_, options);
+    parts.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
+    if (trackerKind_ == ReplayTracker::dots) parts.tracker = makeTracker(sequence_);
+    if (motionKind_ == ReplayMotion::target) parts.followed = sequence_.target();
+    parts.odometryCapacity = std::max(
+        {sequence_.frames().size(), sequence_.odometry().size(), sequence_.poses().size()});
+    return parts;
+  }
+
+  void offer(const std::vector<OdometryRow>& rows) {
+    for (const OdometryRow& row : rows) observer_.offer(row);
+  }
+
   FrameRecord frame(std::size_t k) {
     const SequenceFrame& source = sequence_.frames()[k];
-    readOdometry(source.time_s);
-    const std::vector<TrackedPoint> points = track(k);
-    const std::optional<TargetPose::Result> pose = followTarget(source.time_s, points);
-    const Coverage coverage = estimator_->advance(odometry_, source.time_s);
-    noteCoverage(source.time_s, coverage);
-    const bool isUsed = coverage != Coverage::afterEnd && coverage != Coverage::reversed;
-    if (isUsed) correct(points);
-    if (const auto news = frameRate_.watch(*estimator_)) {
-      log_.events.push_back({source.time_s, *news});
+    ImageObserver::Input input;
+    input.time_s = source.time_s;
+    input.tracks = &source.tracks;
+    input.truth = &source.truth;
+    input.isMotionKnown = isMotionKnown(source.time_s);
+    vpImage<unsigned char> image;
+    if (trackerKind_ != ReplayTracker::tracks) {
+      image = sequence_.readImage(k);
+      input.image = &image;
+      if (k == 0 || k + 1 == sequence_.frames().size()) {
+        log_.images.emplace_back(
+            k == 0 ? "first" : "last",
+            std::vector<unsigned char>(image.bitmap, image.bitmap + image.getSize()));
+      }
     }
-
-    FrameRecord record;
-    record.time_s = source.time_s;
-    for (const int id : ids_) {
-      DepthEstimate estimate = estimator_->estimate(id);
-      if (estimate.status == DepthStatus::unset) continue;
-      if (!isUsed) estimate.status = std::min(estimate.status, DepthStatus::coasting);
-      const auto point = std::find_if(points.begin(), points.end(),
-                                      [id](const TrackedPoint& p) { return p.id == id; });
-      const bool isMeasured = isUsed && point != points.end();
-      const Eigen::Vector2d pixel = isMeasured ? Eigen::Vector2d(point->u, point->v)
-                                               : camera_.toPixel(estimate.x, estimate.y);
-      record.features.push_back(
-          {id, pixel.x(), pixel.y(), isMeasured, estimate, trueDepth(source, id, pose)});
-    }
-    const auto [motion, known] = odometry_.motion(lastTime_s_, source.time_s);
-    if (known == Coverage::complete) record.twist = motion.twist();
-    lastTime_s_ = source.time_s;
-    return record;
+    const std::optional<DepthMap> depth = sequence_.readDepth(k);
+    if (depth) input.depth = &*depth;
+    return observer_.observe(input);
   }
 
-  /// The rows that begin before the image, as a robot has them by then; and a later one where the
-  /// last of them would not hold that long, since here the next is known.
-  void readOdometry(double time_s) {
-    const auto isNeeded = [&](const OdometryRow& row) {
-      return row.time_s < time_s || odometry_.motion(time_s, time_s).coverage == Coverage::afterEnd;
-    };
-    for (; rowsRead_ < rows_.size() && isNeeded(rows_[rowsRead_]); ++rowsRead_) {
-      addOdometry(rows_[rowsRead_]);
+  /// Far from any pose nobody knows where the camera was, as the data sets' own tools have it.
+  bool isMotionKnown(double time_s) {
+    for (const PoseGap& gap : gaps_) {
+      if (std::min(time_s - gap.from_s, gap.to_s - time_s) < kFarFromPose_s) continue;
+      if (noted_ != &gap) {
+        noted_ = &gap;
+        log_.events.push_back({time_s, fmt::format("no pose for {:.3g} s: images are not used",
+                                                   gap.to_s - gap.from_s)});
+      }
+      return false;
     }
-  }
-
-  void addOdometry(const OdometryRow& row) {
-    odometry_.push(row.time_s, row.twist);
-    log_.odometry.push_back(row);
-  }
-
-  std::vector<TrackedPoint> track(std::size_t k) {
-    const SequenceFrame& source = sequence_.frames()[k];
-    if (!tracker_) {
-      std::vector<TrackedPoint> points;
-      for (const PixelPoint& point : source.tracks)
-        points.push_back({point.id, point.u, point.v, 0});
-      return points;
-    }
-    const vpImage<unsigned char> image = sequence_.readImage(k);
-    if (k == 0 || k + 1 == sequence_.frames().size()) {
-      log_.images.emplace_back(
-          k == 0 ? "first" : "last",
-          std::vector<unsigned char>(image.bitmap, image.bitmap + image.getSize()));
-    }
-    return tracker_->track(image,
-                           expectedPoints(*estimator_, ids_, odometry_, source.time_s, camera_));
-  }
-
-  /// With --motion target, the target's pose in this image says how the camera has moved since the
-  /// last.
-  std::optional<TargetPose::Result> followTarget(double time_s,
-                                                 const std::vector<TrackedPoint>& points) {
-    if (motionKind_ != ReplayMotion::target) return std::nullopt;
-    const std::optional<TargetPose::Result> pose = targetPose_.compute(points);
-    if (!pose) return std::nullopt;
-    const CameraPose now{time_s, pose->cMo.inverse()};
-    if (lastPose_) {
-      const double dt = now.time_s - lastPose_->time_s;
-      addOdometry({lastPose_->time_s, Motion::fromPoses(lastPose_->wMc, now.wMc, dt).twist()});
-      odometry_.holdUntil(now.time_s);
-    }
-    lastPose_ = now;
-    return pose;
-  }
-
-  void correct(const std::vector<TrackedPoint>& points) {
-    observations_.clear();
-    for (const TrackedPoint& point : points) {
-      const Eigen::Vector2d s = camera_.normalise(point.u, point.v);
-      observations_.push_back({point.id, {s.x(), s.y(), sigma_}});
-    }
-    estimator_->correct(observations_);
-  }
-
-  double trueDepth(const SequenceFrame& source, int id,
-                   const std::optional<TargetPose::Result>& pose) const {
-    for (const TrueDepth& truth : source.truth) {
-      if (truth.id == id) return truth.Z;
-    }
-    if (!pose || id < 0 || static_cast<std::size_t>(id) >= sequence_.target().points.size()) {
-      return kUnknown;
-    }
-    return (pose->cMo * sequence_.target().points[static_cast<std::size_t>(id)]).z();
-  }
-
-  void noteCoverage(double time_s, Coverage coverage) {
-    if (coverage == coverage_) return;
-    coverage_ = coverage;
-    log_.events.push_back({time_s, coverage == Coverage::complete
-                                       ? std::string("odometry covers the images again")
-                                       : fmt::format("odometry: {}", toString(coverage))});
+    return true;
   }
 
   void describe(const ReplayOptions& options) {
     log_.command = "replay";
     log_.name = sequence_.name();
-    log_.camera = camera_;
+    log_.camera = sequence_.camera();
     nlohmann::ordered_json configuration{
         {"tracker", trackerKind_ == ReplayTracker::dots ? "dots" : "tracks"},
         {"motion", motionKind_ == ReplayMotion::twist         ? "twist"
@@ -303,23 +247,14 @@ class Replayer {
     log_.configuration = configuration.dump();
   }
 
+  static constexpr double kFarFromPose_s = 0.02;  // as in associate.py
+
   const Sequence& sequence_;
-  PinholeCamera camera_;
-  double sigma_;  // normalised
   ReplayTracker trackerKind_;
   ReplayMotion motionKind_;
-  std::vector<int> ids_;
-  std::unique_ptr<PointSetEstimator> estimator_;
-  FrameRateMonitor frameRate_;
-  std::unique_ptr<PointTracker> tracker_;  // none: tracks.csv
-  TargetPose targetPose_;
-  std::optional<CameraPose> lastPose_;
-  std::vector<OdometryRow> rows_;  // of the sequence; none when the target tells the motion
-  std::size_t rowsRead_ = 0;
-  MotionBuffer odometry_;
-  std::vector<PointObservation> observations_;
-  Coverage coverage_ = Coverage::complete;
-  double lastTime_s_ = kUnknown;
+  ImageObserver observer_;
+  std::vector<PoseGap> gaps_;
+  const PoseGap* noted_ = nullptr;
   RunLog log_;
 };
 
@@ -345,13 +280,17 @@ ReplayOptions ReplayOptions::of(const Sequence& sequence) {
   options.depth.gains.settling = hints.settling.value_or(options.depth.gains.settling);
   options.depth.gains.W_min = hints.W_min.value_or(options.depth.gains.W_min);
   options.depth.gains.k = hints.k;
+  options.depth.pose.ke = hints.ke;
+  options.depth.pose.kappa = hints.kappa.value_or(options.depth.pose.kappa);
   options.depth.gains.k_3 = hints.k_3;
   return options;
 }
 
 RunLog replay(const Sequence& sequence, const ReplayOptions& options,
               const std::function<void(double)>& progress) {
-  return Replayer(sequence, options).run(progress);
+  RunLog log = Replayer(sequence, options).run(progress);
+  addUnexcitedEvents(log);
+  return log;
 }
 
 }  // namespace depthservo

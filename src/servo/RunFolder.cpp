@@ -66,10 +66,11 @@ std::string featuresCsv(const RunLog& log) {
       if (feature.estimate.status == DepthStatus::unset) continue;
       const DepthEstimate estimate = reportable(feature.estimate);
       const auto [Z_low, Z_high] = estimate.interval();
-      csv += fmt::format("{:.9f},{},{},{},{:d},{},{},{},{},{},{},{}\n", frame.time_s, feature.id,
+      csv += fmt::format("{:.9f},{},{},{},{:d},{},{},{},{},{},{},{},{}\n", frame.time_s, feature.id,
                          cell(feature.u), cell(feature.v), feature.measured, cell(estimate.Z()),
                          cell(estimate.sigma_Z()), toString(estimate.status), cell(feature.Z_true),
-                         cell(Z_low), cell(Z_high), cell(estimate.excitation));
+                         cell(Z_low), cell(Z_high), cell(estimate.excitation),
+                         cell(feature.frames_to_5pct));
     }
   }
   return csv;
@@ -80,6 +81,9 @@ std::string runJson(const RunLog& log) {
   json["camera"] = {{"width", log.camera.width}, {"height", log.camera.height},
                     {"fx", log.camera.fx},       {"fy", log.camera.fy},
                     {"cx", log.camera.cx},       {"cy", log.camera.cy}};
+  if (const LensDistortion& d = log.camera.distortion; !d.isNone()) {
+    json["camera"]["distortion"] = {d.k1(), d.k2(), d.p1(), d.p2(), d.k3()};
+  }
   json["command_names"] = log.commandNames;
   json["goals"] = Json::array();
   for (const Eigen::Vector2d& goal : log.goals) json["goals"].push_back({goal.x(), goal.y()});

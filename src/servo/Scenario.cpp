@@ -39,16 +39,32 @@ const std::vector<Choice<EstimatorKind>>& estimators() {
 }
 
 const std::vector<Choice<RobotKind>>& robots() {
-  static const std::vector<Choice<RobotKind>> all = {{RobotKind::unicycle, "unicycle"},
-                                                     {RobotKind::panUnicycle, "pan-unicycle"},
-                                                     {RobotKind::omni, "omni"},
-                                                     {RobotKind::free, "free"}};
+  static const std::vector<Choice<RobotKind>> all = {
+      {RobotKind::unicycle, "unicycle"},
+      {RobotKind::panUnicycle, "pan-unicycle"},
+      {RobotKind::omni, "omni"},
+      {RobotKind::mobileManipulator, "mobile-manipulator"},
+      {RobotKind::free, "free"}};
+  return all;
+}
+
+const std::vector<Choice<TargetKind>>& targets() {
+  static const std::vector<Choice<TargetKind>> all = {{TargetKind::dots, "dots"},
+                                                      {TargetKind::apriltag, "apriltag"}};
   return all;
 }
 
 const std::vector<Choice<Law>>& laws() {
-  static const std::vector<Choice<Law>> all = {
-      {Law::vpServo, "vpServo"}, {Law::task, "task"}, {Law::profile, "profile"}};
+  static const std::vector<Choice<Law>> all = {{Law::vpServo, "vpServo"},
+                                               {Law::task, "task"},
+                                               {Law::profile, "profile"},
+                                               {Law::regulation, "regulation"}};
+  return all;
+}
+
+const std::vector<Choice<FeatureKind>>& featureKinds() {
+  static const std::vector<Choice<FeatureKind>> all = {{FeatureKind::points, "points"},
+                                                       {FeatureKind::moments, "moments"}};
   return all;
 }
 
@@ -116,9 +132,23 @@ void describe(Fields& f, Scenario::Pose& pose, Need need) {
 }
 
 void describe(Fields& f, Scenario::Target& target) {
-  f.onlyChoice("type", {"dots"});
-  f.rows("points", target.points, {-100, 100}, "m", Need::required);
+  f.choice("type", target.type, targets());
+  f.rows("points", target.points, {-100, 100}, "m",
+         target.type == TargetKind::dots ? Need::required : Need::optional);
   f.number("radius", target.radius, kLength, "m");
+  std::vector<Choice<std::string>> families;
+  const std::vector<std::string> names = aprilTagFamilies();
+  for (const std::string& name : names) families.push_back({name, name.c_str()});
+  f.choice("family", target.family, families);
+  f.list("tags", target.tags, [](Fields& item, Scenario::Tag& tag) {
+    long long id = tag.id;
+    item.integer("id", id, {0, 1e6}, "", Need::required);
+    tag.id = static_cast<int>(id);
+    item.number("size", tag.size, kLength, "m", Need::required);
+    item.number("assumed_size", tag.assumed_size, kLength, "m");
+    item.section("pose", Need::optional,
+                 [&](Fields& pose) { describe(pose, tag.pose, Need::optional); });
+  });
   f.section("pose", Need::optional,
             [&](Fields& pose) { describe(pose, target.pose, Need::optional); });
   describe(f, "twist", target.twist, {-10, 10});
@@ -131,6 +161,7 @@ void describe(Fields& f, Scenario::RobotPose& pose, RobotKind robot) {
   f.number("y", pose.y, kPosition, "m", onFloor);
   f.number("theta", pose.theta, kAngle, "rad", onFloor);
   f.number("pan", pose.pan, kAngle, "rad");
+  f.numbers("joints", pose.joints, kAngle, "rad");
   describe(f, pose.camera, isFree ? Need::required : Need::optional);
 }
 
@@ -139,6 +170,12 @@ void describe(Fields& f, Scenario::Robot& robot) {
   f.numbers("camera_offset", robot.camera_offset, {-10, 10}, "m");
   f.number("camera_yaw", robot.camera_yaw, kAngle, "rad");
   f.number("pan_axis", robot.pan_axis, {-10, 10}, "m");
+  f.section("arm", Need::optional, [&](Fields& arm) {
+    arm.numbers("mount", robot.arm.mount, {-10, 10}, "m");
+    arm.number("column", robot.arm.column, {0, 10}, "m");
+    arm.number("upper_arm", robot.arm.upperArm, {0, 10}, "m");
+    arm.number("forearm", robot.arm.forearm, {0, 10}, "m");
+  });
   f.section("initial", Need::required,
             [&](Fields& pose) { describe(pose, robot.initial, robot.type); });
   f.section("goal", robot.goal,
@@ -149,6 +186,7 @@ void describe(Fields& f, Scenario::Robot& robot) {
     limits.number("dv", robot.limits.dv, Range::above(0, 1000), "m/s^2");
     limits.number("dw", robot.limits.dw, Range::above(0, 1000), "rad/s^2");
     limits.number("pan", robot.limits.pan, Range::above(0, 20), "rad/s");
+    limits.number("joints", robot.limits.joints, Range::above(0, 20), "rad/s");
     limits.number("pan_min", robot.limits.pan_min, {-100, 100}, "rad");
     limits.number("pan_max", robot.limits.pan_max, {-100, 100}, "rad");
   });
@@ -159,7 +197,7 @@ void describe(Fields& f, Scenario::Sensing& sensing) {
   f.choice<Scenario::Source>(
       "source", sensing.source,
       {{Scenario::Source::geometry, "geometry"}, {Scenario::Source::image, "image"}});
-  f.onlyChoice("tracker", {"dots", "apriltag", "klt"});
+  f.choice("tracker", sensing.tracker, targets());
   f.number("pixel_noise", sensing.pixel_noise, {0, 50}, "px");
   f.number("assumed_noise", sensing.assumed_noise, Range::above(0, 50), "px");
   f.list("hidden", sensing.hidden, [](Fields& item, Scenario::Hidden& hidden) {
@@ -192,6 +230,7 @@ void describe(Fields& f, Scenario::Depth& depth) {
   f.number("initial", depth.initial, kDepth, "m", Need::required);
   f.number("Z_min", depth.Z_min, kDepth, "m");
   f.number("Z_max", depth.Z_max, kDepth, "m");
+  f.flag("object", depth.object);
   f.section("gains", Need::optional, [&](Fields& gains) {
     gains.number("settling", depth.gains.settling, Range::above(0, 1000), "s");
     gains.number("W_min", depth.gains.W_min, Range::above(0, 10), "m/s");
@@ -201,11 +240,13 @@ void describe(Fields& f, Scenario::Depth& depth) {
   f.section("pose", Need::optional, [&](Fields& pose) {
     pose.number("ke", depth.pose.ke, Range::above(0, 1000), "1/s");
     pose.number("kappa", depth.pose.kappa, Range::above(0, 100), "m/s, rad/s");
+    pose.flag("guard", depth.pose.guard);
   });
 }
 
 void describe(Fields& f, Scenario::Control& control) {
-  f.onlyChoice("features", {"points", "moments"});
+  f.choice("features", control.features, featureKinds());
+  f.number("size_weight", control.size_weight, Range::above(0, 1000), "");
   f.number("gain", control.gain, Range::above(0, 100), "1/s");
   f.number("tolerance", control.tolerance, Range::above(0, 1000), "px");
   f.choice<Scenario::Interaction>("interaction", control.interaction,
@@ -216,6 +257,8 @@ void describe(Fields& f, Scenario::Control& control) {
   f.number("hidden_wait", control.hidden_wait, {0, 3600}, "s");
   f.choice("law", control.law, laws());
   describe(f, "profile", control.profile, {-20, 20});
+  f.number("kc", control.kc, Range::above(0, 1000), "1/s");
+  f.flag("coupled", control.coupled);
   f.rows("desired", control.desired, {-1e5, 1e5}, "px");
 }
 
@@ -607,23 +650,93 @@ void checkRobot(const Scenario& s, const Refuse& refuse) {
     if (robot.type != RobotKind::panUnicycle && pose->pan != 0) {
       refuse(key, "pan is for robot.type pan-unicycle");
     }
+    if (robot.type != RobotKind::mobileManipulator && !pose->joints.isZero()) {
+      refuse(key, "joints are for robot.type mobile-manipulator");
+    }
+  }
+  if (robot.type == RobotKind::mobileManipulator && !robot.camera_offset.isZero()) {
+    refuse("robot.camera_offset", "the camera of a mobile-manipulator is at the tip of its arm");
   }
   if (robot.limits.pan_min > robot.limits.pan_max) {
     refuse("robot.limits.pan_min", fmt::format("{} rad is above pan_max = {} rad",
                                                robot.limits.pan_min, robot.limits.pan_max));
   }
-  if (s.control.law == Law::task && robot.type == RobotKind::unicycle) {
+  if (s.control.law == Law::task &&
+      (robot.type == RobotKind::unicycle || robot.type == RobotKind::mobileManipulator)) {
     refuse("control.law",
            "task needs a robot that can move the camera at will: pan-unicycle, omni or free");
   }
   if (s.control.law == Law::task && robot.type == RobotKind::panUnicycle && robot.pan_axis == 0) {
     refuse("robot.pan_axis", "the task law needs a pan axis that is not above the wheel axle");
   }
+  if (s.control.law == Law::regulation) {
+    if (s.depth.estimator != EstimatorKind::pose) {
+      refuse("control.law",
+             "regulation steers by the pose of the target: needs depth.estimator: pose");
+    }
+    if (!s.robot.goal) refuse("control.law", "regulation needs a desired pose: give robot.goal");
+    if (robot.type != RobotKind::omni && !isFree) {
+      refuse("control.law", "regulation needs a robot.type omni or free");
+    }
+  }
+  if (s.control.coupled && s.control.law != Law::regulation) {
+    refuse("control.coupled", "needs control.law: regulation");
+  }
+  if (s.control.features == FeatureKind::moments) {
+    if (s.control.law != Law::vpServo) {
+      refuse("control.features", "moments need control.law: vpServo");
+    }
+    if (s.target.points.size() < 3) {
+      refuse("control.features", fmt::format("moments need 3 points or more, the target has {}",
+                                             s.target.points.size()));
+    }
+  }
   if ((s.control.law == Law::profile) == s.control.profile.empty()) {
     refuse("control.profile",
            s.control.profile.empty()
                ? "the law profile needs velocities: profile: [{until: 10, v: [...]}]"
                : "needs control.law: profile");
+  }
+}
+
+/// Tags that do not fit together, or keys that do not fit the type of target.
+void checkTarget(const Scenario& s, const YamlValue& root, const Refuse& refuse) {
+  const auto isGiven = [&](const char* section, const char* key) {
+    const YamlValue* below = const_cast<YamlValue&>(root).find(section);
+    return below && const_cast<YamlValue*>(below)->find(key);
+  };
+  const Scenario::Target& target = s.target;
+  if (target.type == TargetKind::dots) {
+    if (!target.tags.empty()) refuse("target.tags", "needs target.type: apriltag");
+    if (isGiven("target", "family")) refuse("target.family", "needs target.type: apriltag");
+  } else {
+    for (const char* key : {"points", "radius"}) {
+      if (isGiven("target", key)) {
+        refuse(std::string("target.") + key, "is for dots; a tag's points are its corners");
+      }
+    }
+    if (target.tags.empty() || 4 * target.tags.size() > kMostPoints) {
+      refuse("target.tags",
+             fmt::format("expected 1 to {} tags, got {}", kMostPoints / 4, target.tags.size()));
+    }
+    const int count = aprilTagCount(target.family);
+    for (std::size_t i = 0; i < target.tags.size(); ++i) {
+      const int id = target.tags[i].id;
+      if (id >= count) {
+        refuse("target.tags", fmt::format("the family {} has the ids 0 to {}, not {}",
+                                          target.family, count - 1, id));
+      }
+      for (std::size_t j = 0; j < i; ++j) {
+        if (target.tags[j].id == id)
+          refuse("target.tags", fmt::format("tag {} is there twice", id));
+      }
+    }
+    if (s.sensing.light_on_dark) refuse("sensing.light_on_dark", "tags are dark on light");
+  }
+  if (isGiven("sensing", "tracker") && s.sensing.tracker != target.type) {
+    refuse("sensing.tracker", target.type == TargetKind::dots ? "target.type is dots; write dots"
+                                                              : "target.type is apriltag; write "
+                                                                "apriltag");
   }
 }
 
@@ -646,6 +759,7 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
     refuse("camera", fmt::format("the principal point ({}, {}) px lies outside the {}x{} image",
                                  camera.cx, camera.cy, camera.width, camera.height));
   }
+  checkTarget(s, root, refuse);
   const auto& points = s.target.points;
   if (points.empty() || points.size() > kMostPoints) {
     refuse("target.points",
@@ -691,6 +805,10 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
   if (depth.estimator == EstimatorKind::pose) {
     if (const auto why = whyNoTarget(points))
       refuse("target.points", fmt::format("depth.estimator: pose needs more: {}", *why));
+  }
+  if (depth.object && depth.estimator != EstimatorKind::nonlinear) {
+    refuse("depth.object",
+           fmt::format("needs depth.estimator: nonlinear, not {}", toString(depth.estimator)));
   }
   if (depth.gains.k.has_value() != depth.gains.k_3.has_value()) {
     refuse("depth.gains", "k and k_3 go together; give both, or settling and W_min");
@@ -741,6 +859,26 @@ Eigen::Isometry3d Scenario::Pose::isometry() const {
   return pose;
 }
 
+AprilTagTarget Scenario::Target::trueTags() const {
+  AprilTagTarget target{family, {}};
+  for (const Tag& tag : tags) target.tags.push_back({tag.id, tag.size, tag.pose.isometry()});
+  return target;
+}
+
+AprilTagTarget Scenario::Target::assumedTags() const {
+  AprilTagTarget target{family, {}};
+  for (const Tag& tag : tags) {
+    target.tags.push_back({tag.id, tag.assumed_size, tag.pose.isometry()});
+  }
+  return target;
+}
+
+DotTarget Scenario::Target::dots() const {
+  if (type == TargetKind::dots) return {points, radius};
+  const AprilTagTarget known = assumedTags();
+  return {known.hasSizes() ? known.corners() : std::vector<Eigen::Vector3d>(), 0};
+}
+
 bool Scenario::Hidden::covers(double time_s, int point) const {
   return time_s >= from && time_s < to &&
          (points.empty() || std::find(points.begin(), points.end(), point) != points.end());
@@ -770,7 +908,11 @@ Scenario Scenario::load(const std::string& path, const std::vector<std::string>&
   Scenario scenario;
   scenario.file = path;
   Reader(root, path, "", [&](Fields& fields) { describe(fields, scenario); });
+  if (scenario.target.type == TargetKind::apriltag) {
+    scenario.target.points = scenario.target.trueTags().corners();
+  }
   checkTogether(scenario, root, path);
+  scenario.sensing.tracker = scenario.target.type;
   return scenario;
 }
 

@@ -10,13 +10,18 @@
 
 #include "depthservo/features/FeaturePointGroup.h"
 #include "depthservo/sequence/SequenceWriter.h"
+#include "depthservo/tracking/AprilTagTracker.h"
 #include "depthservo/tracking/DotTracker.h"
 #include "servo/CameraClock.h"
 #include "servo/ControlLaw.h"
+#include "servo/FrameRateMonitor.h"
 #include "servo/OutcomeJudge.h"
+#include "servo/SelfDiagnosis.h"
+#include "servo/TagSizeMonitor.h"
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
+#include "servo/unexcited.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -66,6 +71,21 @@ ServoGoal goalOf(const Scenario& scenario, const World& world) {
   return goal;
 }
 
+EstimatorSetup setupOf(const Scenario& s, const World& world) {
+  EstimatorSetup setup = EstimatorSetup::of(s);
+  if (s.control.coupled) setup.coupledGoal = world.cdMo();
+  return setup;
+}
+
+std::optional<double> coupledGain(const Scenario& s) {
+  return s.control.coupled ? std::optional(s.control.kc) : std::nullopt;
+}
+
+/// When the target stops for good [s].
+double endOfMotion(const Scenario::Target& target) {
+  return target.twist.empty() ? 0 : target.twist.back().until;
+}
+
 /// Seconds of wall clock since the last call.
 class Stopwatch {
  public:
@@ -98,9 +118,15 @@ struct ServoLoop::Parts {
         clock(s.camera, s.seed),
         world(s),
         odometry(4096, 1 / s.odometry.rate),
-        features(*makeEstimator(EstimatorSetup::of(s), s.target.points.size()),
-                 s.target.points.size()),
-        judge(s) {}
+        features(*makeEstimator(setupOf(s, world), s.target.points.size()), s.target.points.size()),
+        frameRate(setupOf(s, world), coupledGain(s)),
+        judge(s) {
+    if (s.depth.estimator != EstimatorKind::pose) {
+      diagnosis.emplace(s.target.points.size(), s.odometry.declaredNoise(),
+                        s.sensing.assumedNoise_px() / camera.focal_px(),
+                        DepthPrior{s.depth.initial}, s.depth.range());
+    }
+  }
 
   Scenario scenario;
   PinholeCamera camera;
@@ -111,10 +137,14 @@ struct ServoLoop::Parts {
   std::vector<Eigen::Vector2d> starts;
   std::unique_ptr<PointTracker> tracker;
   std::vector<int> ids;
+  std::optional<TagSizeMonitor> tags;
   std::size_t odometryRead = 0;
   MotionBuffer odometry;
 
   FeaturePointGroup features;
+  FrameRateMonitor frameRate;
+  std::optional<SelfDiagnosis> diagnosis;  // none of a known target, which may move
+  std::vector<PointObservation> observations;
   std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
 
   Eigen::VectorXd lastCommand;  // while tracking, at full speed
@@ -134,11 +164,18 @@ ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(
 
   requireInView(p.world.truth(), camera, scenario.file, "robot.initial");
   for (const World::TruePoint& point : p.world.truth()) p.starts.emplace_back(point.u, point.v);
-  if (scenario.sensing.source == Scenario::Source::image) {
+  const bool throughImages = scenario.sensing.source == Scenario::Source::image;
+  if (throughImages && scenario.target.type == TargetKind::apriltag) {
+    p.tracker = std::make_unique<AprilTagTracker>(scenario.target.assumedTags());
+  } else if (throughImages) {
     DotTrackerOptions options;
     options.polarity =
         scenario.sensing.light_on_dark ? DotPolarity::lightOnDark : DotPolarity::darkOnLight;
     p.tracker = std::make_unique<DotTracker>(p.starts, options);
+  }
+
+  if (scenario.target.type == TargetKind::apriltag) {
+    p.tags.emplace(scenario.target.assumedTags(), camera, scenario.sensing.assumedNoise_px());
   }
 
   for (std::size_t i = 0; i < count; ++i) {
@@ -200,14 +237,20 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
             {frame, hasImage ? &exposure.image : nullptr, p.log, p.world.odometry(), exposure.wMc});
       }
       if (p.law->usesFeatures()) verdict = p.judge.afterCommand(p.log, p.basis);
+      const bool isOver = p.world.time() >= endOfMotion(scenario.target);
+      if (verdict && verdict->outcome != Outcome::lost && !isOver) verdict.reset();
       if (!frame.command.allFinite()) {
         verdict = {Outcome::diverged, "the control law gave a command that is not finite"};
       }
     }
   }
+  if (p.diagnosis) p.log.diagnosis = p.diagnosis->result();
+  p.log.joint = jointStatesOf(p.features.estimator());
   p.log.hasOutcome = true;
   p.log.outcome = verdict->outcome;
   p.log.reason = verdict->reason;
+  p.log.frameRate = p.frameRate.report();
+  addUnexcitedEvents(p.log);
   return std::move(p.log);
 }
 
@@ -271,8 +314,11 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
                 : exposure.measured;
   p.log.timings[1].second.push_back(watch.lap());
 
+  p.observations.clear();
+  const double sigma = p.scenario.sensing.assumedNoise_px() / p.camera.focal_px();
   for (const TrackedPoint& point : points) {
     const Eigen::Vector2d s = p.camera.normalise(point.u, point.v);
+    p.observations.push_back({point.id, {s.x(), s.y(), sigma}});
     p.features[static_cast<std::size_t>(point.id)].set_x(s.x());
     p.features[static_cast<std::size_t>(point.id)].set_y(s.y());
   }
@@ -282,11 +328,23 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
       p.features.setDepth(i, exposure.truth[i].Z, kToldSigma_Z);
     }
   }
+  if (p.tags) {
+    for (std::string& event : p.tags->compare(points, estimator)) {
+      note(exposure.time_s, std::move(event));
+    }
+    p.log.tags = p.tags->results();
+  }
   p.log.timings[2].second.push_back(watch.lap());
+  if (const auto news = p.frameRate.watch(estimator)) note(exposure.time_s, *news);
+  if (p.diagnosis) {
+    const auto news = p.diagnosis->see(exposure.time_s, p.odometry, p.observations);
+    if (news) note(exposure.time_s, *news);
+  }
 
   for (std::size_t i = 0; i < p.features.size(); ++i) {
-    const DepthEstimate estimate = estimator.estimate(p.ids[i]);
+    DepthEstimate estimate = estimator.estimate(p.ids[i]);
     if (estimate.status == DepthStatus::unset) continue;
+    if (p.diagnosis) estimate = p.diagnosis->honest(estimate);
     const auto point = std::find_if(points.begin(), points.end(), [&](const TrackedPoint& found) {
       return found.id == p.ids[i];
     });
@@ -296,8 +354,12 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
     const World::TruePoint& truth = exposure.truth[i];
     record.features.push_back(
         {p.ids[i], pixel.x(), pixel.y(), isMeasured, estimate, truth.Z, truth.u, truth.v});
+    if (p.diagnosis) {
+      record.features.back().frames_to_5pct = p.diagnosis->framesTo5Percent(estimate);
+    }
     if (isMeasured != p.wasMeasured[i]) {
-      note(exposure.time_s, fmt::format("dot {} {}", i, isMeasured ? "seen again" : "hidden"));
+      note(exposure.time_s, fmt::format("{} {} {}", p.tags ? "corner" : "dot", i,
+                                        isMeasured ? "seen again" : "hidden"));
       p.wasMeasured[i] = isMeasured;
     }
   }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/depth/PointSetEstimator.h"
@@ -18,6 +20,10 @@ struct EstimatorSetup {
   double frameRate = 30;          ///< images per second [Hz]; for the gain of `pose`
   double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
 
+  std::optional<Eigen::Isometry3d> coupledGoal = {};  ///< of the coupled regulation with `pose`
+  double couplingStep_s = 0.005;                      ///< its odometry step [s]
+
+  /// Of a scenario, but for the coupled goal, which takes a world.
   static EstimatorSetup of(const Scenario& scenario);
 };
 
@@ -31,5 +37,8 @@ double observerGain(const EstimatorSetup& setup);
 /// The estimator a user chose, for up to `capacity` points. (`true` is a constant depth that is
 /// told the truth in every frame.)
 std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup, std::size_t capacity);
+
+/// What a joint filter has learnt besides depths; nothing of another estimator.
+std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator);
 
 }  // namespace depthservo

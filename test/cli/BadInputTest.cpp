@@ -11,18 +11,6 @@ namespace {
 
 const std::string kFourDots = data("scenarios/unicycle-4dots.yaml");
 
-/// Refused as every bad input is: exit code 2, one line on stderr with these words, nothing on
-/// stdout.
-void expectRefused(const Result& result, const std::vector<std::string>& words) {
-  EXPECT_EQ(result.exitCode, 2) << result.err;
-  EXPECT_EQ(result.out, "");
-  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-  EXPECT_LE(result.err.size(), 1001u);
-  for (const std::string& word : words) {
-    EXPECT_NE(result.err.find(word), std::string::npos) << "no '" << word << "' in: " << result.err;
-  }
-}
-
 TEST(Arguments, none_names_the_subcommands) {
   expectRefused(depthservo(""), {"run", "replay", "record"});
 }

@@ -9,21 +9,6 @@
 namespace depthservo::test {
 namespace {
 
-/// Every estimate of a run folder equals that of another.
-void expectSameEstimates(const std::string& a, const std::string& b, double tolerance) {
-  const auto one = readCsv(a + "/features.csv"), other = readCsv(b + "/features.csv");
-  ASSERT_EQ(one.at("id"), other.at("id"));
-  ASSERT_EQ(one.at("timestamp"), other.at("timestamp"));
-  EXPECT_EQ(one.at("status"), other.at("status"));
-  EXPECT_EQ(one.at("measured"), other.at("measured"));
-  for (const char* column : {"u", "v", "Z", "sigma_Z"}) {
-    for (std::size_t i = 0; i < one.at(column).size(); ++i) {
-      const double x = std::stod(one.at(column)[i]), y = std::stod(other.at(column)[i]);
-      ASSERT_NEAR(x, y, tolerance * std::max(1.0, std::abs(x))) << column << ", row " << i;
-    }
-  }
-}
-
 class RecordThenReplay : public testing::TestWithParam<const char*> {};
 
 TEST_P(RecordThenReplay, gives_the_estimates_of_the_run) {

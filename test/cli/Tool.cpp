@@ -1,7 +1,10 @@
 #include "cli/Tool.h"
 
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -17,6 +20,35 @@ Result depthservo(const std::string& arguments, const std::string& environment) 
                               " 2>" + err + " </dev/null";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("out"), folder.read("err")};
+}
+
+void expectRefused(const Result& result, const std::vector<std::string>& words) {
+  EXPECT_EQ(result.exitCode, 2) << result.err;
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_LE(result.err.size(), 1001u);
+  for (const std::string& word : words) {
+    EXPECT_NE(result.err.find(word), std::string::npos) << "no '" << word << "' in: " << result.err;
+  }
+}
+
+void expectSameEstimates(const std::string& a, const std::string& b, double tolerance) {
+  const auto one = readCsv(a + "/features.csv"), other = readCsv(b + "/features.csv");
+  ASSERT_EQ(one.at("id"), other.at("id"));
+  EXPECT_EQ(one.at("status"), other.at("status"));
+  EXPECT_EQ(one.at("measured"), other.at("measured"));
+  const double origin = std::stod(one.at("timestamp")[0]) - std::stod(other.at("timestamp")[0]);
+  for (std::size_t i = 0; i < one.at("id").size(); ++i) {
+    constexpr double kEpochResolution_s = 1e-6;
+    ASSERT_NEAR(std::stod(one.at("timestamp")[i]) - std::stod(other.at("timestamp")[i]), origin,
+                kEpochResolution_s);
+  }
+  for (const char* column : {"u", "v", "Z", "sigma_Z"}) {
+    for (std::size_t i = 0; i < one.at(column).size(); ++i) {
+      const double x = std::stod(one.at(column)[i]), y = std::stod(other.at(column)[i]);
+      ASSERT_NEAR(x, y, tolerance * std::max(1.0, std::abs(x))) << column << ", row " << i;
+    }
+  }
 }
 
 std::string data(const std::string& file) { return std::string(DEPTHSERVO_DATA) + "/" + file; }

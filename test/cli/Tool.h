@@ -22,6 +22,14 @@ Result depthservo(const std::string& arguments, const std::string& environment =
 /// Path of a file in the repository's data folder.
 std::string data(const std::string& file);
 
+/// Refused as every bad input is: exit code 2, one line on stderr with these words, nothing on
+/// stdout.
+void expectRefused(const Result& result, const std::vector<std::string>& words);
+
+/// Every estimate of a run folder equals that of another, relatively; times may have another
+/// origin.
+void expectSameEstimates(const std::string& a, const std::string& b, double tolerance);
+
 /// A CSV file as columns of text.
 std::map<std::string, std::vector<std::string>> readCsv(const std::string& file);
 

@@ -42,7 +42,7 @@ class SequenceTest : public testing::Test {
     folder_.write("rgb.txt", "# timestamp path\n100.1 a.pgm\n100.2 b.pgm\n");
     folder_.write("a.pgm", kPgm);
     folder_.write("b.pgm", kPgm);
-    folder_.write("depth.txt", "100.1 d.png\n");
+    folder_.write("depth.txt", "100.1 d.png\n100.2 e.png\n");
     folder_.write("tracks.csv", "timestamp,id,u,v\n100.1,1,3,4\n100.1,0,1,2\n100.2,1,3.5,4\n");
     folder_.write("truth.csv", "timestamp,id,Z\n100.1,0,2\n100.2,0,1.9\n");
     folder_.write("twist.csv",
@@ -81,7 +81,7 @@ TEST_F(SequenceTest, reads_every_file_of_the_layout) {
   EXPECT_EQ(s.odometry()[0].twist.angular, Eigen::Vector3d(4, 5, 6));
   ASSERT_EQ(s.poses().size(), 2u);
   EXPECT_EQ(s.poses()[0].wMc.translation(), Eigen::Vector3d(1, 2, 3));
-  EXPECT_EQ(s.depthImages().size(), 1u);
+  EXPECT_EQ(s.depthImages().size(), 2u);
   EXPECT_EQ(s.depthScale(), 1000);
   EXPECT_EQ(s.target().points.size(), 2u);
   EXPECT_EQ(s.dots()[1].v, 4);
@@ -108,7 +108,7 @@ TEST_F(SequenceTest, tracks_at_other_times_than_images_are_reported) {
   EXPECT_TRUE(isRefusal(refusal(), {"tracks.csv", "rgb.txt"}));
 }
 
-TEST_F(SequenceTest, a_downloaded_tum_folder_opens_with_a_preset_and_says_what_it_neglects) {
+TEST_F(SequenceTest, a_downloaded_tum_folder_opens_with_a_preset_and_its_lens_distortion) {
   for (const char* file :
        {"camera.yaml", "sequence.yaml", "tracks.csv", "truth.csv", "twist.csv"}) {
     remove(file);
@@ -117,8 +117,10 @@ TEST_F(SequenceTest, a_downloaded_tum_folder_opens_with_a_preset_and_says_what_i
   remove("a.pgm");
   const Sequence s = open({"tum-fr1", 0});
   EXPECT_EQ(s.camera().fx, 517.3);
-  EXPECT_EQ(s.warnings().size(), 1u);
+  EXPECT_EQ(s.camera().distortion.k1(), 0.2624);
+  EXPECT_EQ(s.warnings().size(), 0u);
   EXPECT_EQ(open({"icl", 0}).camera().fy, -480);
+  EXPECT_TRUE(open({"tum-fr3", 0}).camera().distortion.isNone());
   EXPECT_TRUE(isRefusal(refusal({"tum-fr4", 0}), {"tum-fr4", "nearest", "tum-fr"}));
 }
 
@@ -207,10 +209,15 @@ INSTANTIATE_TEST_SUITE_P(
                        "b.pgm",
                        "P5\n4 4\n255\n" + std::string(16, 'x'),
                        {"camera.yaml", "8x6", "4x4", "b.pgm"}},
-        BrokenSequence{"distortion",
+        BrokenSequence{"distortion_that_folds",
                        "camera.yaml",
-                       replaced(kCamera, "data: [0, 0, 0, 0, 0]", "data: [0.1, 0, 0, 0, 0]"),
-                       {"camera.yaml:6: distortion_coefficients", "not supported"}},
+                       replaced(kCamera, "data: [0, 0, 0, 0, 0]", "data: [-9, 0, 0, 0, 0]"),
+                       {"camera.yaml:6: distortion_coefficients", "folds", "pixel (0, 0)"}},
+        BrokenSequence{"distortion_model",
+                       "camera.yaml",
+                       replaced(replaced(kCamera, "data: [0, 0, 0, 0, 0]", "data: [1, 0, 0, 0, 0]"),
+                                "plumb_bob", "equidistant"),
+                       {"camera.yaml:5: distortion_model", "equidistant", "plumb_bob"}},
         BrokenSequence{"skew",
                        "camera.yaml",
                        replaced(kCamera, "[10, 0,", "[10, 1,"),

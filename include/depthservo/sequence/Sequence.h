@@ -10,7 +10,9 @@
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/sequence/DepthMap.h"
 #include "depthservo/sequence/InputError.h"
+#include "depthservo/tracking/AprilTagTarget.h"
 #include "depthservo/tracking/DotTarget.h"
 #include "depthservo/visp.h"
 
@@ -34,6 +36,7 @@ struct SequenceFrame {
   std::string image;               ///< path; empty when there are no images
   std::vector<PixelPoint> tracks;  ///< points measured, by id; a point that is not here is hidden
   std::vector<TrueDepth> truth;    ///< by id
+  std::string depthImage{};  ///< path of the depth image of this time; empty when there is none
 };
 
 /// Pose of the camera in the world.
@@ -52,6 +55,16 @@ struct ListedImage {
 /// at the last pose. Empty for fewer than two poses. Times must increase.
 std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses);
 
+/// Time without poses, longer than ground truth usually leaves: how the camera moved in it is not
+/// known, only where it went.
+struct PoseGap {
+  double from_s = 0, to_s = 0;  ///< of the poses on either side
+};
+
+/// Intervals between successive poses of more than four times the median and 0.04 s (twice what
+/// associate.py of the TUM RGB-D benchmark accepts between an image and its pose).
+std::vector<PoseGap> gapsOf(const std::vector<CameraPose>& poses);
+
 /// What a sequence says of how to observe depth in it ("replay" in sequence.yaml); the rest is left
 /// to the user.
 struct ReplayHints {
@@ -63,19 +76,25 @@ struct ReplayHints {
   std::optional<double> odometry_scale_sigma;     ///< relative, 1 sigma
   std::optional<double> Z_min, Z_max;             ///< [m]
   std::optional<double> settling, W_min, k, k_3;  ///< gains of the nonlinear observer
+  std::optional<double> ke, kappa;  ///< of the known target's observer [1/s], [m/s, rad/s]
 };
 
 struct SequenceOptions {
-  /// A camera_info file or one of tum-fr1 | tum-fr2 | tum-fr3 | icl, instead of camera.yaml.
+  /// A camera_info file, the sensor.yaml of a EuRoC camera or one of tum-fr1 | tum-fr2 | tum-fr3 |
+  /// icl, instead of camera.yaml.
   std::string camera;
-  /// Images per second of a numbered image folder [Hz]; 0: not given.
+  /// Images per second of a numbered image folder, or of numbered frames in associations.txt [Hz];
+  /// 0: not given.
   double fps = 0;
 };
 
-/// Recorded data: a folder in the layout of TUM RGB-D with our additions, or a folder of numbered
-/// images
-/// ("image.0001.pgm"; then `options` must give the camera and the rate). doc/formats.md has the
-/// layout.
+/// Recorded data: a folder in the layout of TUM RGB-D with our additions; one of ICL-NUIM
+/// (associations.txt, *.gt.freiburg) or EuRoC (mav0/cam0, state_groundtruth_estimate0) as
+/// downloaded; or a folder of numbered images ("image.0001.pgm"; then `options` must give the
+/// camera and the rate). doc/formats.md has the layouts.
+///
+/// With a negative fy (ICL-NUIM) the camera frame has y up, and poses and twists are told in that
+/// left-handed frame: every relation between them, pixels and depths is the same as ever.
 ///
 /// All files are checked by the constructor, images when they are read. Frames are the images;
 /// without images every time in tracks.csv and truth.csv.
@@ -92,9 +111,13 @@ class Sequence {
   const std::vector<CameraPose>& poses() const { return poses_; }         ///< groundtruth.txt
   const std::vector<ListedImage>& depthImages() const { return depthImages_; }
   double depthScale() const { return depthScale_; }  ///< gray levels per metre of depth images
+  bool hasDepth() const { return !depthImages_.empty(); }
 
-  /// No points when the sequence does not name its target.
+  /// No points when the sequence does not name its target. Of AprilTags the corners, if all sizes
+  /// are given.
   const DotTarget& target() const { return target_; }
+  /// The tags of the target; empty when it is of another type.
+  const std::optional<AprilTagTarget>& tags() const { return tags_; }
   /// Where the dots are in the first image, in the order of the target's points; the index is the
   /// id.
   const std::vector<PixelPoint>& dots() const { return dots_; }
@@ -111,14 +134,18 @@ class Sequence {
   /// missing, truncated, not an image, or of another size than the camera's.
   DEPTHSERVO_VISP vpImage<unsigned char> readImage(std::size_t frame) const;
 
+  /// Depth image of a frame; none when no depth image is close enough in time. Throws InputError:
+  /// missing, damaged, not a 16-bit gray PNG, or of another size than the camera's.
+  std::optional<DepthMap> readDepth(std::size_t frame) const;
+
  private:
   void readSettings(const std::string& path, const SequenceOptions& options);
-  void readCamera(const SequenceOptions& options);
+  void readCamera(const SequenceOptions& options, const std::optional<PinholeCamera>& known);
   void useImages(std::vector<ListedImage> images);
   void readTracks(const std::string& path);
   void readTruth(const std::string& path);
   void readOdometry(const std::string& path);
-  void readPoses(const std::string& path);
+  void useDepth(std::vector<ListedImage> images, const std::string& source);
   std::string inFolder(const std::string& file) const;
 
   std::string folder_, name_;
@@ -130,6 +157,7 @@ class Sequence {
   std::vector<ListedImage> depthImages_;
   double depthScale_ = 5000;
   DotTarget target_;
+  std::optional<AprilTagTarget> tags_;
   std::vector<PixelPoint> dots_;
   ReplayHints hints_;
   bool hasImages_ = false, hasTracks_ = false;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,9 +10,11 @@
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/robots/MobileManipulator.h"
 #include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/RunLog.h"
 #include "depthservo/servo/VelocityProfile.h"
+#include "depthservo/tracking/AprilTagTarget.h"
 #include "depthservo/tracking/DotTarget.h"
 
 namespace depthservo {
@@ -24,11 +27,17 @@ const char* toString(EstimatorKind kind);
 /// The estimator of this name, if this version has it; otherwise throws InputError at `place`.
 EstimatorKind availableEstimator(const std::string& name, const InputError::Place& place);
 
-/// Robots that carry the camera: unicycle | pan-unicycle | omni | free.
-enum class RobotKind { unicycle, panUnicycle, omni, free };
+/// Robots that carry the camera: unicycle | pan-unicycle | omni | mobile-manipulator | free.
+enum class RobotKind { unicycle, panUnicycle, omni, mobileManipulator, free };
 
-/// What computes the command: vpServo | task | profile.
-enum class Law { vpServo, task, profile };
+/// What the camera looks at, and how it is tracked: dots | apriltag.
+enum class TargetKind { dots, apriltag };
+
+/// What computes the command: vpServo | task | profile | regulation.
+enum class Law { vpServo, task, profile, regulation };
+
+/// What vpServo steers by: points | moments.
+enum class FeatureKind { points, moments };
 
 /// Everything a closed-loop run needs. A member is the YAML key of the same name, with its default;
 /// units, ranges and effects of all keys stand in doc/formats.md.
@@ -45,6 +54,9 @@ struct Scenario {
     double dropped = 0;               ///< probability that an image gets lost [-]
 
     PinholeCamera pinhole() const { return {width, height, fx, fy, cx, cy}; }
+
+    /// Images per second over the longest interval, if none is dropped [Hz].
+    double slowest() const { return *std::min_element(rate.begin(), rate.end()) / (1 + jitter); }
   };
 
   struct Pose {
@@ -54,23 +66,40 @@ struct Scenario {
     Eigen::Isometry3d isometry() const;
   };
 
+  /// An AprilTag on the target.
+  struct Tag {
+    int id = 0;
+    double size = 0.16;                  ///< side of the square between the corners, as it is [m]
+    std::optional<double> assumed_size;  ///< as the user believes [m]; none: unknown
+    Pose pose;                           ///< in the object frame
+  };
+
   struct Target {
-    std::vector<Eigen::Vector3d> points;  ///< centres of the dots, object frame [m]
-    double radius = 0.02;                 ///< [m]
+    TargetKind type = TargetKind::dots;
+    /// Centres of the dots, or the corners of the tags (not read then, but worked out) [m], object
+    /// frame.
+    std::vector<Eigen::Vector3d> points;
+    double radius = 0.02;          ///< of the dots [m]
+    std::string family = "36h11";  ///< of the tags
+    std::vector<Tag> tags;
     /// wMo. The default faces the -x direction of the world: object x is world -y, y is world -z
     /// and z is world x.
     Pose pose{{0, 0, 0.13}, {-1.5707963267948966, 0, -1.5707963267948966}};
     VelocityProfile twist;  ///< of the target in its own frame; empty: it stands still
 
-    DotTarget dots() const { return {points, radius}; }
+    /// What is known of the points: of tags only if their sizes are assumed.
+    DotTarget dots() const;
+    AprilTagTarget trueTags() const;     ///< with the sizes that they have
+    AprilTagTarget assumedTags() const;  ///< with the sizes that are assumed
   };
 
   /// Where a robot is.
   struct RobotPose {
-    double x = 0, y = 0;  ///< on the floor [m]
-    double theta = 0;     ///< [rad], from world x towards y
-    double pan = 0;       ///< of the pan platform [rad]
-    Pose camera;          ///< of a free camera, wMc
+    double x = 0, y = 0;                               ///< on the floor [m]
+    double theta = 0;                                  ///< [rad], from world x towards y
+    double pan = 0;                                    ///< of the pan platform [rad]
+    Eigen::Vector3d joints = Eigen::Vector3d::Zero();  ///< q1, q2, q3 of the arm [rad]
+    Pose camera;                                       ///< of a free camera, wMc
   };
 
   struct Limits {
@@ -80,6 +109,7 @@ struct Scenario {
     double dw = 2;                         ///< [rad/s^2]
     double pan = 1;                        ///< rate of the pan platform [rad/s]
     double pan_min = -3.2, pan_max = 3.2;  ///< its end stops [rad]
+    double joints = 1;                     ///< rate of each joint of the arm [rad/s]
   };
 
   struct Robot {
@@ -87,6 +117,7 @@ struct Scenario {
     Eigen::Vector3d camera_offset = Eigen::Vector3d::Zero();  ///< robot frame: x forward, z up [m]
     double camera_yaw = 0;                                    ///< optical axis, about robot z [rad]
     double pan_axis = 0.1;  ///< of the pan platform, ahead of the wheel axle [m]
+    MobileManipulator::Geometry arm;
     RobotPose initial;
     std::optional<RobotPose> goal;  ///< this or control.desired
     Limits limits;
@@ -105,7 +136,8 @@ struct Scenario {
 
   struct Sensing {
     Source source = Source::image;
-    double pixel_noise = 0;  ///< 1 sigma per axis of every measured position [px]
+    TargetKind tracker = TargetKind::dots;  ///< as target.type
+    double pixel_noise = 0;                 ///< 1 sigma per axis of every measured position [px]
     std::optional<double>
         assumed_noise;  ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
     std::vector<Hidden> hidden;
@@ -147,12 +179,14 @@ struct Scenario {
   struct KnownTarget {
     std::optional<double> ke;  ///< gain [1/s]; none: designed for the frame rate and `kappa`
     double kappa = 0.1;        ///< how fast the target may move [m/s, rad/s]
+    bool guard = true;         ///< end the correction by an image once it is complete
   };
 
   struct Depth {
     EstimatorKind estimator = EstimatorKind::filter;
     double initial = 1;                ///< first guess for every point [m]
     double Z_min = 0.05, Z_max = 100;  ///< [m]
+    bool object = false;               ///< one depth for all points (nonlinear observer)
     Gains gains;
     KnownTarget pose;
 
@@ -164,6 +198,8 @@ struct Scenario {
   struct Control {
     double gain = 0.57;      ///< lambda [1/s]
     double tolerance = 1.5;  ///< rms image error at which the task is done [px]
+    FeatureKind features = FeatureKind::points;
+    double size_weight = 1;  ///< value of the third moment feature at the goal [-]
     Interaction interaction = Interaction::current;
     /// Image sigma predicted for a hidden point at which the robot has been slowed down to a stop;
     /// it goes at full speed up to half of it [px].
@@ -171,6 +207,8 @@ struct Scenario {
     double hidden_wait = 10;  ///< it stands still for want of points for at most this long [s]
     Law law = Law::vpServo;
     VelocityProfile profile;               ///< of the robot, for the law of this name
+    double kc = 1;                         ///< gain of the law regulation [1/s]
+    bool coupled = false;                  ///< regulation: the coupled law of Ibuki et al. 2023
     std::vector<Eigen::Vector2d> desired;  ///< desired pixels (u, v); empty: seen from robot.goal
   };
 

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "depthservo/motion/OdometryRow.h"
+
+namespace depthservo {
+
+/// Twists of the camera from a pipe, while they come: lines `timestamp,vx,vy,vz,wx,wy,wz` (camera
+/// frame, m/s and rad/s), a header of these names and comments after '#' allowed.
+///
+/// Nobody can make it wait longer than it is told to: a pipe without a writer, one that is silent,
+/// or one that never ends. A line that is not seven finite numbers, one that its writer left
+/// without an end, and one that is not later than the row before are counted and left out.
+class TwistStream {
+ public:
+  /// \param path a named pipe, a file, or "-" for standard input \throw InputError
+  explicit TwistStream(const std::string& path);
+  ~TwistStream();
+  TwistStream(const TwistStream&) = delete;
+  TwistStream& operator=(const TwistStream&) = delete;
+
+  /// The rows that have arrived since the last call; waits up to `wait_s` for the first bytes of
+  /// them. At most a megabyte at a time. Never throws.
+  std::vector<OdometryRow> read(double wait_s);
+
+  /// Whether no more can be expected now: the end of a file, or a pipe that nobody writes to any
+  /// more. (A pipe may get a new writer.)
+  bool isEnded() const { return isEnded_; }
+
+  struct Counts {
+    std::size_t rows = 0;       ///< taken
+    std::size_t malformed = 0;  ///< lines that are not seven finite numbers in range
+    std::size_t torn = 0;       ///< lines whose writer went away before their end
+    std::size_t notLater = 0;   ///< rows not after the one before
+    std::size_t refused() const { return malformed + torn + notLater; }
+  };
+  const Counts& counts() const { return counts_; }
+
+  /// Why the last refused line was refused, in one sentence.
+  const std::string& lastFault() const { return lastFault_; }
+
+ private:
+  void take(const char* bytes, std::size_t count, std::vector<OdometryRow>& rows);
+  void takeLine(std::string_view line, std::vector<OdometryRow>& rows);
+  void endOfWriter(std::vector<OdometryRow>& rows);
+
+  int file_ = -1;
+  bool isRegular_ = false, isEnded_ = false, hadBytes_ = false;
+  bool isOverlong_ = false;  // the rest of the line is to be thrown away
+  std::string line_;         // begun, not ended
+  double last_s_;
+  Counts counts_;
+  std::string lastFault_;
+};
+
+}  // namespace depthservo
