@@ -288,7 +288,7 @@ std::vector<ComparedEstimator> limitsOf(const Measured& measured) {
   std::vector<ComparedEstimator> limits{limitOf(measured, "limit", std::move(alone))};
   const MeasuredFrame& first = measured.frames.front();
   if (all.size() > 1 && all.size() <= kMostJoint && first.observations.size() == all.size()) {
-    limits.push_back(limitOf(measured, "joint limit", {Limit(measured, all)}));
+    limits.push_back(limitOf(measured, "joint-limit", {Limit(measured, all)}));
   }
   return limits;
 }
@@ -457,8 +457,8 @@ std::string csvOf(const Comparison& comparison) {
 
 std::string percent(double share) {
   if (!std::isfinite(share)) return "&ndash;";
-  return 100 * share < 1000 ? fmt::format("{:.3g} %", 100 * share)
-                            : fmt::format("{:.0f} %", 100 * share);
+  const bool isPlain = 100 * share < 1000 || 100 * share >= 1e6;
+  return isPlain ? fmt::format("{:.3g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
 
 /// One row of the page's table; the limit has no sigma of its own.
