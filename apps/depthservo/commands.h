@@ -17,5 +17,6 @@ void addRecord(CLI::App& app, int& exitCode);
 void addReport(CLI::App& app, int& exitCode);
 void addReproduce(CLI::App& app, int& exitCode);
 void addGains(CLI::App& app, int& exitCode);
+void addLive(CLI::App& app, int& exitCode);
 
 }  // namespace depthservo

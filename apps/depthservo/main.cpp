@@ -67,6 +67,7 @@ int run(int argc, char** argv) {
   addReport(app, exitCode);
   addReproduce(app, exitCode);
   addGains(app, exitCode);
+  addLive(app, exitCode);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {

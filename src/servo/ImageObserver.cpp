@@ -69,9 +69,8 @@ void ImageObserver::readOdometry(double time_s) {
 
 std::vector<TrackedPoint> ImageObserver::track(const Input& input) {
   if (parts_.tracker) {
-    return parts_.tracker->track(
-        *input.image,
-        expectedPoints(*estimator_, parts_.ids, odometry_, input.time_s, parts_.camera));
+    return parts_.tracker->track(*input.image, expectedPoints(*estimator_, parts_.ids, odometry_,
+                                                              input.time_s, parts_.camera));
   }
   std::vector<TrackedPoint> points;
   for (const PixelPoint& point : *input.tracks) points.push_back({point.id, point.u, point.v, 0});

@@ -165,7 +165,10 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
       first_s = image.time_s;
       if (options_.keepsLog) keep("first");
     }
-    if (options_.duration_s > 0 && image.time_s - first_s > options_.duration_s) break;
+    if (options_.duration_s > 0 && image.time_s - first_s > options_.duration_s) {
+      log.reason = "the duration is over";
+      break;
+    }
     // The clock of a camera's images may be set back.
     if (image.time_s <= last_s) {
       log.events.push_back({last_s, "an image is not later than the one before: left out"});
@@ -185,7 +188,7 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
     const LiveFrame frame{log.frames.back(), image.image, log,
                           twists_ ? &twists_->counts() : nullptr};
     if (watch && !watch(frame)) {
-      log.events.push_back({last_s, "stopped by the user"});
+      log.reason = "stopped by the user";
       break;
     }
   }
@@ -195,13 +198,13 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
   }
   if (options_.keepsLog) keep("last");
   log.frameRate = observer.frameRate();
-  if (!images_.whyEnded().empty()) log.events.push_back({last_s, images_.whyEnded()});
+  if (log.reason.empty()) log.reason = images_.whyEnded();
   if (twists_) {
     const TwistStream::Counts& c = twists_->counts();
-    log.events.push_back(
-        {last_s, fmt::format("twists: {} rows, refused {} malformed, {} torn, {} not later", c.rows,
-                             c.malformed, c.torn, c.notLater)});
+    log.reason += fmt::format("; twists: {} rows, refused {} malformed, {} torn, {} not later",
+                              c.rows, c.malformed, c.torn, c.notLater);
   }
+  log.events.push_back({last_s, log.reason});
   return log;
 }
 

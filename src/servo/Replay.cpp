@@ -255,11 +255,13 @@ class Replayer {
 }  // namespace
 
 ReplayOptions ReplayOptions::of(const Sequence& sequence) {
-  const ReplayHints& hints = sequence.replayHints();
+  return of(sequence.replayHints(), sequence.folder() + "/sequence.yaml");
+}
+
+ReplayOptions ReplayOptions::of(const ReplayHints& hints, const std::string& file) {
   ReplayOptions options;
   if (hints.estimator) {
-    options.depth.estimator = availableEstimator(
-        *hints.estimator, {sequence.folder() + "/sequence.yaml", 0, "replay.estimator"});
+    options.depth.estimator = availableEstimator(*hints.estimator, {file, 0, "replay.estimator"});
   }
   options.depth.initial = hints.prior.value_or(options.depth.initial);
   options.pixelNoise_px = hints.pixel_noise.value_or(options.pixelNoise_px);

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "depthservo/servo/Replay.h"
+
+namespace depthservo {
+
+/// What replay and live are told about how to observe depth.
+struct ObservationArguments {
+  std::string estimator, prior;
+  double pixelNoise_px = 0;
+  std::vector<double> odometryNoise;
+  std::optional<double> odometryScaleSigma, ke;
+};
+
+void addObservationOptions(CLI::App& command, ObservationArguments& arguments);
+
+/// Puts what was given into the options. \throw InputError
+void apply(const ObservationArguments& arguments, ReplayOptions& options);
+
+/// One line per point on stderr: where it is believed to be, and how far that is from the truth.
+void printTable(const RunLog& log);
+
+[[noreturn]] void refuseOption(const std::string& option, const std::string& message);
+
+}  // namespace depthservo
