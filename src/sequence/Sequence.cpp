@@ -134,8 +134,9 @@ std::vector<ListedImage> plainImageFolder(const std::string& folder, double fps)
     series = name;
   }
   const InputError none({folder, 0, ""},
-                        "is not a sequence: it has no rgb.txt, no tracks.csv, no images in "
-                        "sequence.yaml and no numbered images (image.0001.pgm)");
+                        "is not a sequence: it has no rgb.txt, associations.txt, mav0/cam0 or "
+                        "tracks.csv, no images in sequence.yaml and no numbered images "
+                        "(image.0001.pgm)");
   if (!series) throw none;
   if (fps <= 0) {
     throw InputError({folder, 0, "--fps"}, "missing; a folder of numbered images has no times");
