@@ -6,7 +6,8 @@ include(DepthservoFindVisp)
 depthservo_find_visp(REQUIRED COMPONENTS visp_core visp_blob visp_gui visp_io visp_robot visp_vision
                                          visp_visual_features visp_vs)
 
-find_package(OpenCV 4.5.1 REQUIRED COMPONENTS core imgproc imgcodecs calib3d videoio)
+find_package(OpenCV 4.5.1 REQUIRED COMPONENTS core imgproc imgcodecs calib3d video videoio)
 find_package(yaml-cpp 0.7 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(fmt 9 REQUIRED)
+find_package(apriltag 3.2 REQUIRED)

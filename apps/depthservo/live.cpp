@@ -76,10 +76,8 @@ int watchLive(const LiveArguments& arguments) {
   LiveOptions options;
   options.camera = cameraOf(arguments.camera);
   if (!arguments.target.empty()) {
-    const SequenceTarget seen = readTarget(arguments.target);
-    options.target = seen.target;
-    options.dots = seen.dots;
-    options.observation = ReplayOptions::of(seen.hints, arguments.target);
+    options.target = readTarget(arguments.target);
+    options.observation = ReplayOptions::of(options.target.hints, arguments.target);
   }
   apply(arguments.observation, options.observation);
   if (arguments.motion != "twist" && arguments.motion != "target" && !arguments.motion.empty()) {

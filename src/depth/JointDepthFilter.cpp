@@ -150,6 +150,18 @@ bool JointDepthFilter::isJoint(int id) const {
 
 // --- Prediction
 
+bool JointDepthFilter::retire(int id) {
+  const Slot* known = find(id);
+  if (!known) return false;
+  const auto index = static_cast<std::size_t>(known - slots_.data());
+  leave(slots_[index]);
+  slots_[index] = slots_[--size_];
+  if (index < size_ && slots_[index].place != kNone) {
+    joint_[slots_[index].place] = static_cast<int>(index);
+  }
+  return true;
+}
+
 Coverage JointDepthFilter::advance(const MotionBuffer& odometry, double time_s) {
   if (std::isnan(time_s_)) {  // the first image: nothing to move yet
     if (!std::isfinite(time_s)) return Coverage::reversed;

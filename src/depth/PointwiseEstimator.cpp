@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace depthservo {
 
@@ -67,6 +68,13 @@ bool PointwiseEstimator::setPrior(int id, const DepthPrior& prior) {
   if (!slot) return false;
   slot->prior = prior;
   slot->started = false;
+  return true;
+}
+
+bool PointwiseEstimator::retire(int id) {
+  Slot* slot = find(id);
+  if (!slot) return false;
+  std::swap(*slot, slots_[--size_]);
   return true;
 }
 

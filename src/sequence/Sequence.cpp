@@ -80,6 +80,44 @@ std::optional<NumberedName> numberedImage(const std::string& file) {
   return NumberedName{file.substr(0, first), file.substr(last + 1)};
 }
 
+/// "tags" of a target: family, and a list of {id, size, xyz, quaternion}.
+AprilTagTarget readTags(const StrictMapping& target) {
+  AprilTagTarget tags;
+  if (target.has("family")) tags.family = target.text("family");
+  const std::vector<std::string> families = aprilTagFamilies();
+  if (std::find(families.begin(), families.end(), tags.family) == families.end()) {
+    target.fail("family",
+                fmt::format("there is no AprilTag family {}; the nearest is '{}'",
+                            detail::quoted(tags.family), nearestWord(tags.family, families)));
+  }
+  const int count = aprilTagCount(tags.family);
+  std::set<int> ids;
+  for (const detail::YamlValue& item : target.list("tags").items) {
+    const StrictMapping read(item, target.file(), target.pathOf("tags"),
+                             {"id", "size", "xyz", "quaternion"});
+    AprilTagTarget::Tag tag;
+    tag.id = static_cast<int>(read.integer("id", {0, count - 1.0}, ""));
+    if (!ids.insert(tag.id).second) read.fail("id", fmt::format("tag {} is there twice", tag.id));
+    if (read.has("size")) tag.size = read.number("size", Range::above(0, 10), "m");
+    if (read.has("xyz")) {
+      const std::vector<double> p = read.numbers("xyz", 3, {-100, 100}, "m");
+      tag.oMt.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
+    }
+    if (read.has("quaternion")) {
+      const std::vector<double> q = read.numbers("quaternion", 4, {-1.1, 1.1}, "");
+      const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+      if (!(std::abs(rotation.norm() - 1) < 0.02)) {
+        read.fail("quaternion",
+                  fmt::format("[qx, qy, qz, qw] has the norm {}, expected 1", rotation.norm()));
+      }
+      tag.oMt.linear() = rotation.normalized().toRotationMatrix();
+    }
+    tags.tags.push_back(tag);
+  }
+  if (tags.tags.empty()) target.fail("tags", "expected at least 1 tag");
+  return tags;
+}
+
 std::vector<std::string> filesIn(const std::string& folder) {
   std::error_code error;
   std::vector<std::string> files;
@@ -281,13 +319,27 @@ const std::vector<std::string>& settingsKeys() {
 SequenceTarget targetOf(const StrictMapping& settings) {
   SequenceTarget seen;
   if (settings.has("target")) {
-    const StrictMapping target = settings.mapping("target", {"type", "points", "radius"});
-    if (target.has("type") && target.text("type") != "dots") target.fail("type", "expected dots");
-    for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
-      if (point[2] != 0) target.fail("points", "the dots lie on a flat plate, write z = 0");
-      seen.target.points.emplace_back(point[0], point[1], point[2]);
+    const StrictMapping target =
+        settings.mapping("target", {"type", "points", "radius", "family", "tags"});
+    const std::string type = target.has("type") ? target.text("type") : "dots";
+    if (type != "dots" && type != "apriltag") target.fail("type", "expected dots or apriltag");
+    const bool hasTags = type == "apriltag";
+    for (const char* key : {"points", "radius"}) {
+      if (hasTags && target.has(key)) target.fail(key, "is for type: dots");
     }
-    if (seen.target.points.empty()) target.fail("points", "expected at least 1 point");
+    for (const char* key : {"family", "tags"}) {
+      if (!hasTags && target.has(key)) target.fail(key, "is for type: apriltag");
+    }
+    if (hasTags) {
+      seen.tags = readTags(target);
+      if (seen.tags->hasSizes()) seen.target.points = seen.tags->corners();
+    } else {
+      for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
+        if (point[2] != 0) target.fail("points", "the dots lie on a flat plate, write z = 0");
+        seen.target.points.emplace_back(point[0], point[1], point[2]);
+      }
+      if (seen.target.points.empty()) target.fail("points", "expected at least 1 point");
+    }
     if (target.has("radius")) seen.target.radius = target.number("radius", {0, 10}, "m");
   }
   if (settings.has("dots")) {
@@ -310,7 +362,7 @@ SequenceTarget readTarget(const std::string& path) {
   const detail::YamlValue root = detail::loadYaml(path);
   const StrictMapping settings(root, path, "", settingsKeys());
   SequenceTarget seen = targetOf(settings);
-  if (seen.target.points.empty() && seen.dots.empty()) {
+  if (seen.target.points.empty() && seen.dots.empty() && !seen.tags) {
     settings.fail("target",
                   "missing: expected target: {type: dots, points: [...]}, or dots: [...]");
   }
@@ -437,6 +489,7 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
   }
   SequenceTarget seen = targetOf(settings);
   target_ = std::move(seen.target);
+  tags_ = std::move(seen.tags);
   dots_ = std::move(seen.dots);
   hints_ = seen.hints;
   if (settings.has("images")) {

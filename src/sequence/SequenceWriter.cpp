@@ -59,6 +59,20 @@ std::string replayYaml(const ReplayHints& hints) {
   return text.empty() ? "" : "replay:\n" + text;
 }
 
+std::string tagsYaml(const AprilTagTarget& target) {
+  std::string text =
+      fmt::format("target:\n  type: apriltag\n  family: {}\n  tags:\n", target.family);
+  for (const AprilTagTarget::Tag& tag : target.tags) {
+    const Eigen::Vector3d& p = tag.oMt.translation();
+    const Eigen::Quaterniond q(tag.oMt.linear());
+    const std::string size = tag.size ? fmt::format(", size: {}", exact(*tag.size)) : "";
+    text += fmt::format("    - {{id: {}{}, xyz: [{}, {}, {}], quaternion: [{}, {}, {}, {}]}}\n",
+                        tag.id, size, exact(p.x()), exact(p.y()), exact(p.z()), exact(q.x()),
+                        exact(q.y()), exact(q.z()), exact(q.w()));
+  }
+  return text;
+}
+
 std::string sequenceYaml(const SequenceSettings& settings) {
   YAML::Emitter name;
   name << YAML::DoubleQuoted << settings.name;
@@ -68,7 +82,9 @@ std::string sequenceYaml(const SequenceSettings& settings) {
     for (const auto& value : values) joined += (joined.empty() ? "" : ", ") + item(value);
     return "[" + joined + "]";
   };
-  if (!settings.target.points.empty()) {
+  if (settings.tags) {
+    text += tagsYaml(*settings.tags);
+  } else if (!settings.target.points.empty()) {
     text += "target:\n  type: dots\n  points: " +
             list(settings.target.points,
                  [](const Eigen::Vector3d& p) {

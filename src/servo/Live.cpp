@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "depthservo/tracking/AprilTagTracker.h"
 #include "depthservo/tracking/DotTracker.h"
 #include "servo/ImageObserver.h"
 #include "servo/makeEstimator.h"
@@ -20,11 +21,18 @@ constexpr std::size_t kOdometryRows = 16384;
 constexpr std::size_t kFramesWithoutLog = 600;
 constexpr std::size_t kMostFaultsTold = 20;
 
-std::unique_ptr<PointTracker> trackerOf(const LiveOptions& options) {
-  if (options.dots.empty()) return std::make_unique<DotTracker>(options.target);
+std::unique_ptr<PointTracker> trackerOf(const SequenceTarget& seen) {
+  if (seen.tags) return std::make_unique<AprilTagTracker>(*seen.tags);
+  if (seen.dots.empty()) return std::make_unique<DotTracker>(seen.target);
   std::vector<Eigen::Vector2d> starts;
-  for (const PixelPoint& dot : options.dots) starts.emplace_back(dot.u, dot.v);
+  for (const PixelPoint& dot : seen.dots) starts.emplace_back(dot.u, dot.v);
   return std::make_unique<DotTracker>(starts);
+}
+
+/// Points that the tracker may give.
+std::size_t countOf(const SequenceTarget& seen) {
+  if (seen.tags) return 4 * seen.tags->tags.size();
+  return seen.dots.empty() ? seen.target.points.size() : seen.dots.size();
 }
 
 ImageObserver::Parts partsOf(const LiveOptions& options, bool followsTarget) {
@@ -32,23 +40,22 @@ ImageObserver::Parts partsOf(const LiveOptions& options, bool followsTarget) {
   ImageObserver::Parts parts;
   parts.camera = options.camera;
   parts.pixelNoise_px = o.pixelNoise_px;
-  const std::size_t count =
-      options.dots.empty() ? options.target.points.size() : options.dots.size();
+  const std::size_t count = countOf(options.target);
   for (std::size_t i = 0; i < count; ++i) parts.ids.push_back(static_cast<int>(i));
   parts.prior = DepthPrior{o.depth.initial};
   if (o.priorSigma_Z) parts.prior.sigma_chi = *o.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
-  parts.estimator = {o.depth, noiseOf(o), o.odometryScaleSigma, options.target};
+  parts.estimator = {o.depth, noiseOf(o), o.odometryScaleSigma, options.target.target};
   if (options.rate > 0) parts.estimator.frameRate = options.rate;
   parts.estimator.sigma = o.pixelNoise_px / options.camera.focal_px();
-  parts.tracker = trackerOf(options);
-  if (followsTarget) parts.followed = options.target;
+  parts.tracker = trackerOf(options.target);
+  if (followsTarget) parts.followed = options.target.target;
   parts.odometryCapacity = kOdometryRows;
   return parts;
 }
 
 std::string configurationOf(const LiveOptions& options, bool followsTarget) {
   const ReplayOptions& o = options.observation;
-  nlohmann::ordered_json json{{"tracker", "dots"},
+  nlohmann::ordered_json json{{"tracker", options.target.tags ? "apriltag" : "dots"},
                               {"motion", followsTarget ? "target" : "twist"},
                               {"estimator", toString(o.depth.estimator)},
                               {"prior_Z", o.depth.initial},
@@ -124,15 +131,17 @@ class TwistFeed {
 
 Live::Live(const LiveOptions& options, ImageSource& images, TwistStream* twists)
     : options_(options), images_(images), twists_(twists) {
-  if (options.dots.empty() && options.target.points.size() < 4) {
-    throw InputError({options.name, 0, ""},
-                     "nothing to track: needs a target of at least four points, or start positions "
-                     "of dots");
+  const std::size_t known = options.target.target.points.size();
+  if (!options.target.tags && options.target.dots.empty() && known < 4) {
+    throw InputError(
+        {options.name, 0, ""},
+        "nothing to track: needs a target of at least four points, AprilTags, or start "
+        "positions of dots");
   }
-  if (!twists && options.target.points.size() < 4) {
+  if (!twists && known < 4) {
     throw InputError({options.name, 0, ""},
-                     "the camera's motion is unknown: needs a stream of twists or a target of at "
-                     "least four points");
+                     "the camera's motion is unknown: needs a stream of twists, or a target of at "
+                     "least four points or of AprilTags with their size");
   }
 }
 

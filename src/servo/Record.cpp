@@ -46,8 +46,13 @@ class Recorder : public RunWatcher {
   }
 
   void finish(const std::vector<PixelPoint>& dots) {
-    writer_.finish({scenario_.name, scenario_.camera.pinhole(), scenario_.target.dots(), dots,
-                    hintsOf(scenario_)});
+    SequenceSettings settings{scenario_.name, scenario_.camera.pinhole(), scenario_.target.dots(),
+                              dots, hintsOf(scenario_)};
+    if (scenario_.target.type == TargetKind::apriltag) {
+      settings.tags = scenario_.target.assumedTags();
+      settings.dots.clear();
+    }
+    writer_.finish(settings);
   }
 
  private:

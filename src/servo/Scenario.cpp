@@ -46,6 +46,12 @@ const std::vector<Choice<RobotKind>>& robots() {
   return all;
 }
 
+const std::vector<Choice<TargetKind>>& targets() {
+  static const std::vector<Choice<TargetKind>> all = {{TargetKind::dots, "dots"},
+                                                      {TargetKind::apriltag, "apriltag"}};
+  return all;
+}
+
 const std::vector<Choice<Law>>& laws() {
   static const std::vector<Choice<Law>> all = {
       {Law::vpServo, "vpServo"}, {Law::task, "task"}, {Law::profile, "profile"}};
@@ -116,9 +122,23 @@ void describe(Fields& f, Scenario::Pose& pose, Need need) {
 }
 
 void describe(Fields& f, Scenario::Target& target) {
-  f.onlyChoice("type", {"dots"});
-  f.rows("points", target.points, {-100, 100}, "m", Need::required);
+  f.choice("type", target.type, targets());
+  f.rows("points", target.points, {-100, 100}, "m",
+         target.type == TargetKind::dots ? Need::required : Need::optional);
   f.number("radius", target.radius, kLength, "m");
+  std::vector<Choice<std::string>> families;
+  const std::vector<std::string> names = aprilTagFamilies();
+  for (const std::string& name : names) families.push_back({name, name.c_str()});
+  f.choice("family", target.family, families);
+  f.list("tags", target.tags, [](Fields& item, Scenario::Tag& tag) {
+    long long id = tag.id;
+    item.integer("id", id, {0, 1e6}, "", Need::required);
+    tag.id = static_cast<int>(id);
+    item.number("size", tag.size, kLength, "m", Need::required);
+    item.number("assumed_size", tag.assumed_size, kLength, "m");
+    item.section("pose", Need::optional,
+                 [&](Fields& pose) { describe(pose, tag.pose, Need::optional); });
+  });
   f.section("pose", Need::optional,
             [&](Fields& pose) { describe(pose, target.pose, Need::optional); });
   describe(f, "twist", target.twist, {-10, 10});
@@ -159,7 +179,7 @@ void describe(Fields& f, Scenario::Sensing& sensing) {
   f.choice<Scenario::Source>(
       "source", sensing.source,
       {{Scenario::Source::geometry, "geometry"}, {Scenario::Source::image, "image"}});
-  f.onlyChoice("tracker", {"dots", "apriltag", "klt"});
+  f.choice("tracker", sensing.tracker, targets());
   f.number("pixel_noise", sensing.pixel_noise, {0, 50}, "px");
   f.number("assumed_noise", sensing.assumed_noise, Range::above(0, 50), "px");
   f.list("hidden", sensing.hidden, [](Fields& item, Scenario::Hidden& hidden) {
@@ -625,6 +645,47 @@ void checkRobot(const Scenario& s, const Refuse& refuse) {
   }
 }
 
+/// Tags that do not fit together, or keys that do not fit the type of target.
+void checkTarget(const Scenario& s, const YamlValue& root, const Refuse& refuse) {
+  const auto isGiven = [&](const char* section, const char* key) {
+    const YamlValue* below = const_cast<YamlValue&>(root).find(section);
+    return below && const_cast<YamlValue*>(below)->find(key);
+  };
+  const Scenario::Target& target = s.target;
+  if (target.type == TargetKind::dots) {
+    if (!target.tags.empty()) refuse("target.tags", "needs target.type: apriltag");
+    if (isGiven("target", "family")) refuse("target.family", "needs target.type: apriltag");
+  } else {
+    for (const char* key : {"points", "radius"}) {
+      if (isGiven("target", key)) {
+        refuse(std::string("target.") + key, "is for dots; a tag's points are its corners");
+      }
+    }
+    if (target.tags.empty() || 4 * target.tags.size() > kMostPoints) {
+      refuse("target.tags",
+             fmt::format("expected 1 to {} tags, got {}", kMostPoints / 4, target.tags.size()));
+    }
+    const int count = aprilTagCount(target.family);
+    for (std::size_t i = 0; i < target.tags.size(); ++i) {
+      const int id = target.tags[i].id;
+      if (id >= count) {
+        refuse("target.tags", fmt::format("the family {} has the ids 0 to {}, not {}",
+                                          target.family, count - 1, id));
+      }
+      for (std::size_t j = 0; j < i; ++j) {
+        if (target.tags[j].id == id)
+          refuse("target.tags", fmt::format("tag {} is there twice", id));
+      }
+    }
+    if (s.sensing.light_on_dark) refuse("sensing.light_on_dark", "tags are dark on light");
+  }
+  if (isGiven("sensing", "tracker") && s.sensing.tracker != target.type) {
+    refuse("sensing.tracker", target.type == TargetKind::dots ? "target.type is dots; write dots"
+                                                              : "target.type is apriltag; write "
+                                                                "apriltag");
+  }
+}
+
 /// What no single key can tell.
 void checkTogether(const Scenario& s, const YamlValue& root, const std::string& file) {
   // Faults are shown at the deepest mapping of the path that exists.
@@ -644,6 +705,7 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
     refuse("camera", fmt::format("the principal point ({}, {}) px lies outside the {}x{} image",
                                  camera.cx, camera.cy, camera.width, camera.height));
   }
+  checkTarget(s, root, refuse);
   const auto& points = s.target.points;
   if (points.empty() || points.size() > kMostPoints) {
     refuse("target.points",
@@ -739,6 +801,26 @@ Eigen::Isometry3d Scenario::Pose::isometry() const {
   return pose;
 }
 
+AprilTagTarget Scenario::Target::trueTags() const {
+  AprilTagTarget target{family, {}};
+  for (const Tag& tag : tags) target.tags.push_back({tag.id, tag.size, tag.pose.isometry()});
+  return target;
+}
+
+AprilTagTarget Scenario::Target::assumedTags() const {
+  AprilTagTarget target{family, {}};
+  for (const Tag& tag : tags) {
+    target.tags.push_back({tag.id, tag.assumed_size, tag.pose.isometry()});
+  }
+  return target;
+}
+
+DotTarget Scenario::Target::dots() const {
+  if (type == TargetKind::dots) return {points, radius};
+  const AprilTagTarget known = assumedTags();
+  return {known.hasSizes() ? known.corners() : std::vector<Eigen::Vector3d>(), 0};
+}
+
 bool Scenario::Hidden::covers(double time_s, int point) const {
   return time_s >= from && time_s < to &&
          (points.empty() || std::find(points.begin(), points.end(), point) != points.end());
@@ -768,7 +850,11 @@ Scenario Scenario::load(const std::string& path, const std::vector<std::string>&
   Scenario scenario;
   scenario.file = path;
   Reader(root, path, "", [&](Fields& fields) { describe(fields, scenario); });
+  if (scenario.target.type == TargetKind::apriltag) {
+    scenario.target.points = scenario.target.trueTags().corners();
+  }
   checkTogether(scenario, root, path);
+  scenario.sensing.tracker = scenario.target.type;
   return scenario;
 }
 

@@ -10,10 +10,12 @@
 
 #include "depthservo/features/FeaturePointGroup.h"
 #include "depthservo/sequence/SequenceWriter.h"
+#include "depthservo/tracking/AprilTagTracker.h"
 #include "depthservo/tracking/DotTracker.h"
 #include "servo/CameraClock.h"
 #include "servo/ControlLaw.h"
 #include "servo/OutcomeJudge.h"
+#include "servo/TagSizeMonitor.h"
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
@@ -109,6 +111,7 @@ struct ServoLoop::Parts {
   std::vector<Eigen::Vector2d> starts;
   std::unique_ptr<PointTracker> tracker;
   std::vector<int> ids;
+  std::optional<TagSizeMonitor> tags;
   std::size_t odometryRead = 0;
   MotionBuffer odometry;
 
@@ -131,11 +134,18 @@ ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(
 
   requireInView(p.world.truth(), camera, scenario.file, "robot.initial");
   for (const World::TruePoint& point : p.world.truth()) p.starts.emplace_back(point.u, point.v);
-  if (scenario.sensing.source == Scenario::Source::image) {
+  const bool throughImages = scenario.sensing.source == Scenario::Source::image;
+  if (throughImages && scenario.target.type == TargetKind::apriltag) {
+    p.tracker = std::make_unique<AprilTagTracker>(scenario.target.assumedTags());
+  } else if (throughImages) {
     DotTrackerOptions options;
     options.polarity =
         scenario.sensing.light_on_dark ? DotPolarity::lightOnDark : DotPolarity::darkOnLight;
     p.tracker = std::make_unique<DotTracker>(p.starts, options);
+  }
+
+  if (scenario.target.type == TargetKind::apriltag) {
+    p.tags.emplace(scenario.target.assumedTags(), camera, scenario.sensing.assumedNoise_px());
   }
 
   for (std::size_t i = 0; i < count; ++i) {
@@ -278,6 +288,12 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
       p.features.setDepth(i, exposure.truth[i].Z, kToldSigma_Z);
     }
   }
+  if (p.tags) {
+    for (std::string& event : p.tags->compare(points, estimator)) {
+      note(exposure.time_s, std::move(event));
+    }
+    p.log.tags = p.tags->results();
+  }
   p.log.timings[2].second.push_back(watch.lap());
 
   for (std::size_t i = 0; i < p.features.size(); ++i) {
@@ -293,7 +309,8 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
     record.features.push_back(
         {p.ids[i], pixel.x(), pixel.y(), isMeasured, estimate, truth.Z, truth.u, truth.v});
     if (isMeasured != p.wasMeasured[i]) {
-      note(exposure.time_s, fmt::format("dot {} {}", i, isMeasured ? "seen again" : "hidden"));
+      note(exposure.time_s, fmt::format("{} {} {}", p.tags ? "corner" : "dot", i,
+                                        isMeasured ? "seen again" : "hidden"));
       p.wasMeasured[i] = isMeasured;
     }
   }

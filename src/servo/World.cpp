@@ -1,6 +1,8 @@
 #include "servo/World.h"
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "depthservo/motion/Motion.h"
@@ -23,6 +25,33 @@ SyntheticCameraOptions cameraOptions(const Scenario& scenario) {
   return options;
 }
 
+SyntheticCamera makeCamera(const Scenario& scenario) {
+  const PinholeCamera camera = scenario.camera.pinhole();
+  const SyntheticCameraOptions options = cameraOptions(scenario);
+  const Scenario::Target& target = scenario.target;
+  return target.type == TargetKind::dots
+             ? SyntheticCamera(camera, DotTarget{target.points, target.radius}, options)
+             : SyntheticCamera(camera, target.trueTags().patches(), options);
+}
+
+/// Homography (3x3) that takes four pixels to four others; the identity where there is none.
+Eigen::Matrix3d warpBetween(const std::array<Eigen::Vector2d, 4>& from,
+                            const std::array<Eigen::Vector2d, 4>& to) {
+  Eigen::Matrix<double, 8, 8> A = Eigen::Matrix<double, 8, 8>::Zero();
+  Eigen::Matrix<double, 8, 1> b;
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector2d &p = from[static_cast<std::size_t>(i)],
+                          &q = to[static_cast<std::size_t>(i)];
+    A.row(2 * i) << p.x(), p.y(), 1, 0, 0, 0, -q.x() * p.x(), -q.x() * p.y();
+    A.row(2 * i + 1) << 0, 0, 0, p.x(), p.y(), 1, -q.y() * p.x(), -q.y() * p.y();
+    b.segment<2>(2 * i) = q;
+  }
+  const Eigen::Matrix<double, 8, 1> h = A.fullPivLu().solve(b);
+  Eigen::Matrix3d H;
+  H << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
+  return H.allFinite() ? H : Eigen::Matrix3d::Identity();
+}
+
 Eigen::Vector2d wheelSpeeds(const Eigen::Vector2d& velocity, double wheelBase) {
   const double turn = 0.5 * velocity[1] * wheelBase;
   return {velocity[0] - turn, velocity[0] + turn};
@@ -38,7 +67,7 @@ World::World(const Scenario& scenario)
     : scenario_(scenario),
       robot_(makeRobot(scenario.robot, scenario.robot.initial)),
       unicycle_(dynamic_cast<UnicycleCamera*>(robot_.get())),
-      camera_(scenario.camera.pinhole(), scenario.target.dots(), cameraOptions(scenario)),
+      camera_(makeCamera(scenario)),
       wMo_(scenario.target.pose.isometry()),
       random_(scenario.seed),
       command_(Eigen::VectorXd::Zero(robot_->velocity().size())) {}
@@ -128,16 +157,19 @@ Eigen::Isometry3d World::cdMo() const {
 std::vector<World::TruePoint> World::goal() const { return seenAt(cdMo()); }
 
 std::vector<World::TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const {
-  const bool throughImages = scenario_.sensing.source == Scenario::Source::image;
+  const bool seesEllipses = scenario_.sensing.source == Scenario::Source::image &&
+                            scenario_.target.type == TargetKind::dots;
+  const PinholeCamera camera = scenario_.camera.pinhole();
   std::vector<TruePoint> points;
   for (std::size_t i = 0; i < scenario_.target.points.size(); ++i) {
-    const double Z = (cMo * scenario_.target.points[i]).z();
-    auto seen = camera_.centre(cMo, i);
-    if (throughImages) {
+    const Eigen::Vector3d p = cMo * scenario_.target.points[i];
+    Eigen::Vector2d seen(kUnknown, kUnknown);
+    if (p.z() > 0) seen = camera.toPixel(p.x() / p.z(), p.y() / p.z());
+    if (seesEllipses) {
       const auto ellipse = camera_.ellipse(cMo, i);
       if (ellipse) seen = ellipse->centre;
     }
-    points.push_back({seen ? seen->x() : kUnknown, seen ? seen->y() : kUnknown, Z});
+    points.push_back({seen.x(), seen.y(), p.z()});
   }
   return points;
 }
@@ -174,11 +206,40 @@ void World::expose(DEPTHSERVO_VISP vpImage<unsigned char>& image) {
   view.twist = twistRelativeToTarget();
   view.displacement = pixelErrors();
   view.frame = images_++;
-  for (std::size_t i = 0; i < scenario_.target.points.size(); ++i) {
-    if (!isHidden(i)) continue;
-    if (const auto occluder = camera_.occluderOf(view.cMo, i)) view.occluders.push_back(*occluder);
+  if (scenario_.target.type == TargetKind::apriltag) {
+    printTags(view);
+  } else {
+    for (std::size_t i = 0; i < scenario_.target.points.size(); ++i) {
+      if (!isHidden(i)) continue;
+      if (const auto occluder = camera_.occluderOf(view.cMo, i))
+        view.occluders.push_back(*occluder);
+    }
   }
   camera_.render(view, image);
+}
+
+void World::printTags(SyntheticView& view) const {
+  constexpr double kMargin_px = 6;
+  const std::vector<TruePoint> corners = seenAt(view.cMo);
+  for (std::size_t tag = 0; tag < scenario_.target.tags.size(); ++tag) {
+    std::array<Eigen::Vector2d, 4> from, to;
+    Eigen::Vector2d low(HUGE_VAL, HUGE_VAL), high = -low;
+    bool hides = false;
+    for (std::size_t j = 0; j < 4; ++j) {
+      const std::size_t i = 4 * tag + j;
+      from[j] = {corners[i].u, corners[i].v};
+      to[j] = from[j] + view.displacement[i];
+      low = low.cwiseMin(from[j]);
+      high = high.cwiseMax(from[j]);
+      hides = hides || isHidden(i);
+    }
+    view.patchWarps.push_back(warpBetween(from, to));
+    if (!hides || !low.allFinite() || !high.allFinite()) continue;
+    const auto clamped = [](double x) { return static_cast<int>(std::clamp(x, -1e6, 1e6)); };
+    const Eigen::Vector2d size = high - low + Eigen::Vector2d::Constant(2 * kMargin_px);
+    view.occluders.push_back({clamped(low.x() - kMargin_px), clamped(low.y() - kMargin_px),
+                              clamped(size.x()), clamped(size.y())});
+  }
 }
 
 std::vector<TrackedPoint> World::measure() {

@@ -51,7 +51,8 @@ class World {
   Eigen::Isometry3d cdMo() const;
   std::vector<TruePoint> goal() const;
 
-  /// Takes the image of this moment (source: image).
+  /// Takes the image of this moment (source: image). A tag is hidden as a whole when one of its
+  /// corners is.
   void expose(DEPTHSERVO_VISP vpImage<unsigned char>& image);
 
   /// Measures the points of this moment (source: geometry); hidden ones are missing.
@@ -63,6 +64,7 @@ class World {
   std::vector<TruePoint> seenAt(const Eigen::Isometry3d& cMo) const;
   std::vector<Eigen::Vector2d> pixelErrors();
   bool isHidden(std::size_t point) const;
+  void printTags(SyntheticView& view) const;
   void moveTarget(double until_s);
   Twist targetTwist(double time_s) const;
   Twist twistRelativeToTarget() const;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
 #include "depthservo/motion/Motion.h"
+#include "simulation/PolygonCoverage.h"
 
 #ifdef ENABLE_VISP_NAMESPACE
 using namespace VISP_NAMESPACE_NAME;
@@ -164,17 +166,76 @@ std::vector<float> vignette(const PinholeCamera& camera, double loss) {
   return gain;
 }
 
+/// The camera moved on by a part of the exposure, -1/2..1/2.
+Eigen::Isometry3d during(const SyntheticView& view, double exposure_s, double part) {
+  const Motion motion = Motion::fromTwist(view.twist, part * exposure_s);
+  Eigen::Isometry3d moved = Eigen::Isometry3d::Identity();
+  moved.linear() = motion.R;
+  moved.translation() = motion.t;
+  return moved;
+}
+
+/// Nearer than this [m] nothing is drawn.
+constexpr double kNear = 1e-3;
+
+/// From the plane of a patch (x, y, 1) [m] to pixels (3x3).
+Eigen::Matrix3d homography(const PinholeCamera& camera, const Eigen::Isometry3d& cMp) {
+  Eigen::Matrix3d K;
+  K << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+  Eigen::Matrix3d H;
+  H << cMp.linear().leftCols<2>(), cMp.translation();
+  return K * H;
+}
+
+bool isSeenFromTheFront(const Eigen::Isometry3d& cMp) {
+  return cMp.linear().col(2).dot(cMp.translation()) > 0;
+}
+
 }  // namespace
+
+/// Working memory of drawPatch.
+struct SyntheticCamera::PatchBuffers {
+  detail::PolygonCoverage covered, light;  // share of each pixel, and its gray level times that
+  std::vector<Eigen::Vector2d> corners;    // of the cells, (columns + 1) x (rows + 1) [px]
+  std::vector<char> isBefore;              // whether that corner lies in front of the camera
+};
+
+SyntheticCamera::SyntheticCamera(SyntheticCamera&&) noexcept = default;
+SyntheticCamera::~SyntheticCamera() = default;
 
 SyntheticCamera::SyntheticCamera(const PinholeCamera& camera, const DotTarget& target,
                                  const SyntheticCameraOptions& options)
     : camera_(camera), target_(target), options_(options) {
+  require(std::isfinite(target.radius) && target.radius > 0, "the dots need a radius > 0 m");
+  prepare();
+}
+
+SyntheticCamera::SyntheticCamera(const PinholeCamera& camera, std::vector<GrayPatch> patches,
+                                 const SyntheticCameraOptions& options)
+    : camera_(camera),
+      patches_(std::move(patches)),
+      options_(options),
+      buffers_(std::make_unique<PatchBuffers>()) {
+  for (const GrayPatch& patch : patches_) {
+    require(std::isfinite(patch.width) && patch.width > 0 && std::isfinite(patch.height) &&
+                patch.height > 0,
+            "a patch needs a width and a height > 0 m");
+    require(patch.columns >= 1 && patch.rows >= 1 &&
+                patch.gray.size() ==
+                    static_cast<std::size_t>(patch.columns) * static_cast<std::size_t>(patch.rows),
+            "a patch needs columns x rows gray levels");
+  }
+  prepare();
+}
+
+void SyntheticCamera::prepare() {
+  const PinholeCamera& camera = camera_;
+  const SyntheticCameraOptions& options = options_;
   const auto isGray = [](double gray) { return gray >= 0 && gray <= 255; };
   require(camera.width > 0 && camera.height > 0, "the image has no size");
   require(std::isnormal(camera.fx) && std::isnormal(camera.fy), "the focal length must not be 0");
   require(camera.distortion.isNone(), "images are drawn without lens distortion");
   require(std::isfinite(camera.cx) && std::isfinite(camera.cy), "cx, cy must be finite");
-  require(std::isfinite(target.radius) && target.radius > 0, "the dots need a radius > 0 m");
   require(isGray(options.background) && isGray(options.dot), "gray levels are 0..255");
   require(options.gray_noise >= 0 && options.gray_noise <= 255, "gray_noise is 0..255");
   require(options.exposure_s >= 0 && std::isfinite(options.exposure_s), "exposure_s is >= 0 s");
@@ -248,6 +309,7 @@ void SyntheticCamera::draw(const SyntheticView& view, Pixel* pixels) {
   const auto width = static_cast<std::size_t>(camera_.width);
   std::fill_n(pixels, width * static_cast<std::size_t>(camera_.height),
               toPixel<Pixel>(static_cast<float>(options_.background)));
+  for (const std::size_t i : farthestFirst(view)) drawPatch(view, i, pixels);
   for (std::size_t i = 0; i < target_.points.size(); ++i) drawDot(view, i, pixels);
   for (const Occluder& o : view.occluders) {
     const PixelBox box = intersect(o.left, o.top, static_cast<double>(o.left) + o.width,
@@ -262,12 +324,8 @@ void SyntheticCamera::draw(const SyntheticView& view, Pixel* pixels) {
 
 template <typename Pixel>
 void SyntheticCamera::drawDot(const SyntheticView& view, std::size_t i, Pixel* pixels) {
-  const auto at = [&](double part) {  // part of the exposure after its middle, -1/2..1/2
-    const Motion motion = Motion::fromTwist(view.twist, part * options_.exposure_s);
-    Eigen::Isometry3d moved = Eigen::Isometry3d::Identity();
-    moved.linear() = motion.R;
-    moved.translation() = motion.t;
-    return ellipse(moved * view.cMo, i);
+  const auto at = [&](double part) {
+    return ellipse(during(view, options_.exposure_s, part) * view.cMo, i);
   };
   const auto middle = ellipse(view.cMo, i);
   if (!middle) return;
@@ -312,6 +370,132 @@ void SyntheticCamera::drawDot(const SyntheticView& view, std::size_t i, Pixel* p
     for (int u = box.left; u < box.right; ++u, ++covered) {
       const float behind = static_cast<float>(row[u]);
       row[u] = toPixel<Pixel>(behind + *covered * (dot - behind));
+    }
+  }
+}
+
+Eigen::Isometry3d SyntheticCamera::patchInCamera(const SyntheticView& view, std::size_t i) const {
+  return view.cMo * (i < view.patchPoses.size() ? view.patchPoses[i] : patches_[i].oMp);
+}
+
+std::vector<std::size_t> SyntheticCamera::farthestFirst(const SyntheticView& view) const {
+  std::vector<std::size_t> order(patches_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return patchInCamera(view, a).translation().z() > patchInCamera(view, b).translation().z();
+  });
+  return order;
+}
+
+std::optional<double> SyntheticCamera::depthAt(const SyntheticView& view, double u,
+                                               double v) const {
+  const Eigen::Vector2d s = camera_.normalise(u, v);
+  const std::vector<std::size_t> order = farthestFirst(view);
+  for (auto i = order.rbegin(); i != order.rend(); ++i) {
+    const Eigen::Isometry3d cMp = patchInCamera(view, *i);
+    if (!isSeenFromTheFront(cMp)) continue;
+    const Eigen::Vector3d sight(s.x(), s.y(), 1), normal = cMp.linear().col(2);
+    const double Z = normal.dot(cMp.translation()) / normal.dot(sight);
+    const Eigen::Vector3d hit = cMp.inverse() * (Z * sight).eval();
+    if (Z > kNear && std::abs(hit.x()) <= 0.5 * patches_[*i].width &&
+        std::abs(hit.y()) <= 0.5 * patches_[*i].height) {
+      return Z;
+    }
+  }
+  return std::nullopt;
+}
+
+template <typename Pixel>
+void SyntheticCamera::drawPatch(const SyntheticView& view, std::size_t i, Pixel* pixels) {
+  const GrayPatch& patch = patches_[i];
+  const Eigen::Isometry3d cMp = patchInCamera(view, i);
+  if (!isSeenFromTheFront(cMp) || !cMp.matrix().allFinite()) return;
+  Eigen::Matrix3d warp = Eigen::Matrix3d::Identity();
+  if (i < view.patchWarps.size() && view.patchWarps[i].allFinite()) warp = view.patchWarps[i];
+
+  const auto columns = static_cast<std::size_t>(patch.columns);
+  const auto rows = static_cast<std::size_t>(patch.rows);
+  const auto project = [&](double part) {
+    const Eigen::Isometry3d moved = during(view, options_.exposure_s, part) * cMp;
+    const Eigen::Matrix3d H = homography(camera_, moved);
+    buffers_->corners.clear();
+    buffers_->isBefore.clear();
+    for (std::size_t r = 0; r <= rows; ++r) {
+      for (std::size_t c = 0; c <= columns; ++c) {
+        const Eigen::Vector3d plane((static_cast<double>(c) / patch.columns - 0.5) * patch.width,
+                                    (static_cast<double>(r) / patch.rows - 0.5) * patch.height, 1);
+        const Eigen::Vector3d image = H * plane, warped = warp * image;
+        buffers_->isBefore.push_back(image.z() > kNear && warped.z() > 0);
+        buffers_->corners.push_back(warped.hnormalized());
+      }
+    }
+  };
+  // Where the corners are at either end of the exposure says what is touched, and how finely the
+  // motion must be cut.
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(HUGE_VAL), high = -low;
+  double path_px = 0;
+  std::vector<Eigen::Vector2d> first;
+  for (const double part : {-0.5, 0.0, 0.5}) {
+    if (part != 0.0 && !(options_.exposure_s > 0)) continue;
+    project(part);
+    for (std::size_t k = 0; k < buffers_->corners.size(); ++k) {
+      if (!buffers_->isBefore[k]) continue;
+      low = low.cwiseMin(buffers_->corners[k]);
+      high = high.cwiseMax(buffers_->corners[k]);
+      if (part > 0) path_px = std::max(path_px, (buffers_->corners[k] - first[k]).norm());
+    }
+    if (part < 0) first = buffers_->corners;
+  }
+  if (!(low.x() <= high.x())) return;
+  const PixelBox box = intersect(std::floor(low.x()), std::floor(low.y()), std::ceil(high.x()) + 1,
+                                 std::ceil(high.y()) + 1, camera_);
+  if (box.isEmpty()) return;
+
+  const int instants =
+      static_cast<int>(std::min<double>(kMostInstants, 1 + std::ceil(kInstantsPerPixel * path_px)));
+  // A mirrored image (negative fy) turns the outlines round.
+  const float weight = (camera_.fx * camera_.fy < 0 ? -1.0f : 1.0f) / static_cast<float>(instants);
+  buffers_->covered.reset(box.width(), box.bottom - box.top);
+  buffers_->light.reset(box.width(), box.bottom - box.top);
+  const Eigen::Vector2d origin(box.left - 0.5, box.top - 0.5);
+  for (int k = 0; k < instants; ++k) {
+    if (path_px > 0) project((k + 0.5) / instants - 0.5);
+    const auto corner = [&](std::size_t r, std::size_t c) { return r * (columns + 1) + c; };
+    /// {1, gray level} of a cell; zeros outside and for one that is not drawn.
+    const auto cell = [&](std::size_t r, std::size_t c) -> Eigen::Vector2f {
+      if (r >= rows || c >= columns) return Eigen::Vector2f::Zero();  // also "-1"
+      const auto& isBefore = buffers_->isBefore;
+      const bool isDrawn = isBefore[corner(r, c)] && isBefore[corner(r, c + 1)] &&
+                           isBefore[corner(r + 1, c)] && isBefore[corner(r + 1, c + 1)];
+      if (!isDrawn) return Eigen::Vector2f::Zero();
+      return {1, patch.gray[r * columns + c]};
+    };
+    const auto addEdge = [&](std::size_t from, std::size_t to, const Eigen::Vector2f& jump) {
+      if (jump.isZero(0)) return;
+      const Eigen::Vector2d a = buffers_->corners[from] - origin;
+      const Eigen::Vector2d b = buffers_->corners[to] - origin;
+      if (jump[0] != 0) buffers_->covered.addEdge(a, b, weight * jump[0]);
+      buffers_->light.addEdge(a, b, weight * jump[1]);
+    };
+    for (std::size_t r = 0; r <= rows; ++r) {
+      for (std::size_t c = 0; c <= columns; ++c) {
+        const Eigen::Vector2f here = cell(r, c);
+        if (r < rows) addEdge(corner(r, c), corner(r + 1, c), here - cell(r, c - 1));
+        if (c < columns) addEdge(corner(r, c), corner(r, c + 1), cell(r - 1, c) - here);
+      }
+    }
+  }
+
+  for (int v = box.top; v < box.bottom; ++v) {
+    Pixel* row = pixels + static_cast<std::size_t>(v) * static_cast<std::size_t>(camera_.width);
+    const float* covered = buffers_->covered.row(v - box.top);
+    const float* light = buffers_->light.row(v - box.top);
+    float share = 0, gray = 0;
+    for (int u = box.left; u < box.right; ++u) {
+      share += *covered++;
+      gray += *light++;
+      const float behind = static_cast<float>(row[u]);
+      row[u] = toPixel<Pixel>(gray + (1 - share) * behind);
     }
   }
 }

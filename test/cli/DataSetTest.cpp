@@ -499,7 +499,7 @@ INSTANTIATE_TEST_SUITE_P(
                [](const std::string& f) {
                  D::edit(f + "/mav0/cam0/sensor.yaml", 9, "0.0148655429818", "1.0148655429818");
                },
-               {"sensor.yaml:6", "T_BS", "rotation"}}),
+               {"sensor.yaml:7", "T_BS", "rotation"}}),
     [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace

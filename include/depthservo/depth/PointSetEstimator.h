@@ -35,6 +35,10 @@ class PointSetEstimator {
   /// before starts anew with its next measurement. False when the capacity is used up.
   virtual bool setPrior(int id, const DepthPrior& prior) = 0;
 
+  /// Forgets a point whose id will not come again; its place is free for another. False for an
+  /// unknown id, and where the points are fixed.
+  virtual bool retire(int /*id*/) { return false; }
+
   /// Moves every point to the time of an image [s]. When the odometry does not cover the interval
   /// the answer says why; `afterEnd` and `reversed` leave everything as it was (this image cannot
   /// be used, a later one can), `beforeStart` and `empty` move the time and start all points anew,

@@ -23,6 +23,7 @@ class PointwiseEstimator : public PointSetEstimator {
   std::unique_ptr<PointSetEstimator> clone() const override;
   void reset() override;
   bool setPrior(int id, const DepthPrior& prior) override;
+  bool retire(int id) override;
   Coverage advance(const MotionBuffer& odometry, double time_s) override;
   void correct(const std::vector<PointObservation>& observations) override;
   void correctDepth(int id, const DepthPrior& measured) override;

@@ -12,6 +12,7 @@
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/sequence/DepthMap.h"
 #include "depthservo/sequence/InputError.h"
+#include "depthservo/tracking/AprilTagTarget.h"
 #include "depthservo/tracking/DotTarget.h"
 #include "depthservo/visp.h"
 
@@ -130,8 +131,11 @@ class Sequence {
   double depthScale() const { return depthScale_; }  ///< gray levels per metre of depth images
   bool hasDepth() const { return !depthImages_.empty(); }
 
-  /// No points when the sequence does not name its target.
+  /// No points when the sequence does not name its target. Of AprilTags the corners, if all sizes
+  /// are given.
   const DotTarget& target() const { return target_; }
+  /// The tags of the target; empty when it is of another type.
+  const std::optional<AprilTagTarget>& tags() const { return tags_; }
   /// Where the dots are in the first image, in the order of the target's points; the index is the
   /// id.
   const std::vector<PixelPoint>& dots() const { return dots_; }
@@ -171,6 +175,7 @@ class Sequence {
   std::vector<ListedImage> depthImages_;
   double depthScale_ = 5000;
   DotTarget target_;
+  std::optional<AprilTagTarget> tags_;
   std::vector<PixelPoint> dots_;
   ReplayHints hints_;
   bool hasImages_ = false, hasTracks_ = false;

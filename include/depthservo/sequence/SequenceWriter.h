@@ -27,6 +27,7 @@ struct SequenceSettings {
   DotTarget target;              ///< no points: unknown
   std::vector<PixelPoint> dots;  ///< start positions, ids 0, 1, ... in this order; may be empty
   ReplayHints replay;
+  std::optional<AprilTagTarget> tags = {};  ///< instead of the target
 };
 
 /// Writes a folder that Sequence reads: times with 9 decimals, values with the digits (up to 17)

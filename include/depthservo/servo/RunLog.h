@@ -49,6 +49,15 @@ struct Event {
   std::string what;  ///< "point 2 hidden"
 };
 
+/// What the observed depths of an AprilTag's corners say of its size.
+struct TagRecord {
+  int id = 0;
+  double size = kUnknown;           ///< as given [m]
+  double observed_size = kUnknown;  ///< as observed at the end [m]
+  double sigma = kUnknown;          ///< 1 sigma of that [m]
+  bool disagrees = false;           ///< both sizes were apart by more than both sigmas
+};
+
 /// What the frame rate that was met means for the gain of the estimator `pose`.
 struct FrameRateReport {
   double ke = 0, kappa = 0;  ///< [1/s], [m/s, rad/s]
@@ -69,6 +78,8 @@ struct RunLog {
   std::vector<FrameRecord> frames;
   std::vector<Event> events;
   std::optional<FrameRateReport> frameRate;  ///< with the estimator `pose` only
+
+  std::vector<TagRecord> tags;  ///< by index in the target; empty without tags
 
   bool hasOutcome = false;  ///< a run has one, a replay has not
   Outcome outcome = Outcome::timeout;

@@ -12,6 +12,7 @@
 #include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/RunLog.h"
 #include "depthservo/servo/VelocityProfile.h"
+#include "depthservo/tracking/AprilTagTarget.h"
 #include "depthservo/tracking/DotTarget.h"
 
 namespace depthservo {
@@ -26,6 +27,9 @@ EstimatorKind availableEstimator(const std::string& name, const InputError::Plac
 
 /// Robots that carry the camera: unicycle | pan-unicycle | omni | free.
 enum class RobotKind { unicycle, panUnicycle, omni, free };
+
+/// What the camera looks at, and how it is tracked: dots | apriltag.
+enum class TargetKind { dots, apriltag };
 
 /// What computes the command: vpServo | task | profile.
 enum class Law { vpServo, task, profile };
@@ -54,15 +58,31 @@ struct Scenario {
     Eigen::Isometry3d isometry() const;
   };
 
+  /// An AprilTag on the target.
+  struct Tag {
+    int id = 0;
+    double size = 0.16;                  ///< side of the square between the corners, as it is [m]
+    std::optional<double> assumed_size;  ///< as the user believes [m]; none: unknown
+    Pose pose;                           ///< in the object frame
+  };
+
   struct Target {
-    std::vector<Eigen::Vector3d> points;  ///< centres of the dots, object frame [m]
-    double radius = 0.02;                 ///< [m]
+    TargetKind type = TargetKind::dots;
+    /// Centres of the dots, or the corners of the tags (not read then, but worked out) [m], object
+    /// frame.
+    std::vector<Eigen::Vector3d> points;
+    double radius = 0.02;          ///< of the dots [m]
+    std::string family = "36h11";  ///< of the tags
+    std::vector<Tag> tags;
     /// wMo. The default faces the -x direction of the world: object x is world -y, y is world -z
     /// and z is world x.
     Pose pose{{0, 0, 0.13}, {-1.5707963267948966, 0, -1.5707963267948966}};
     VelocityProfile twist;  ///< of the target in its own frame; empty: it stands still
 
-    DotTarget dots() const { return {points, radius}; }
+    /// What is known of the points: of tags only if their sizes are assumed.
+    DotTarget dots() const;
+    AprilTagTarget trueTags() const;     ///< with the sizes that they have
+    AprilTagTarget assumedTags() const;  ///< with the sizes that are assumed
   };
 
   /// Where a robot is.
@@ -105,7 +125,8 @@ struct Scenario {
 
   struct Sensing {
     Source source = Source::image;
-    double pixel_noise = 0;  ///< 1 sigma per axis of every measured position [px]
+    TargetKind tracker = TargetKind::dots;  ///< as target.type
+    double pixel_noise = 0;                 ///< 1 sigma per axis of every measured position [px]
     std::optional<double>
         assumed_noise;  ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
     std::vector<Hidden> hidden;
