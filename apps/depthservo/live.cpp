@@ -7,7 +7,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <memory>
-#include <opencv2/core/utils/logger.hpp>
 
 #include "View.h"
 #include "commands.h"
@@ -35,13 +34,6 @@ void stopOn(int signal) {
     interrupted = 1;
     std::signal(which, SIG_DFL);
   });
-}
-
-/// OpenCV and FFmpeg tell what they think of a camera or a file on stderr; what matters of it is
-/// told by the tool.
-void silenceLibraries() {
-  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
 }
 
 PinholeCamera cameraOf(const std::string& name) {
@@ -72,7 +64,7 @@ std::unique_ptr<View> viewOf(const LiveArguments& arguments, const LiveOptions& 
 }
 
 int watchLive(const LiveArguments& arguments) {
-  silenceLibraries();
+  silenceImageLibraries();
   LiveOptions options;
   options.camera = cameraOf(arguments.camera);
   if (!arguments.target.empty()) {

@@ -3,6 +3,8 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <opencv2/core/utils/logger.hpp>
 
 #include "depthservo/servo/Metrics.h"
 
@@ -76,6 +78,21 @@ void apply(const ObservationArguments& arguments, ReplayOptions& options) {
   }
   if (arguments.odometryScaleSigma) options.odometryScaleSigma = *arguments.odometryScaleSigma;
   if (arguments.pixelNoise_px > 0) options.pixelNoise_px = arguments.pixelNoise_px;
+}
+
+ReplayTracker trackerNamed(const std::string& name) {
+  if (name == "auto") return ReplayTracker::automatic;
+  if (name == "dots") return ReplayTracker::dots;
+  if (name == "tracks") return ReplayTracker::tracks;
+  if (name == "apriltag" || name == "klt") {
+    refuseOption("--tracker", fmt::format("'{}' is not in this version; use dots or tracks", name));
+  }
+  refuseOption("--tracker", fmt::format("'{}' is not known; expected dots or tracks", name));
+}
+
+void silenceImageLibraries() {
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
 }
 
 void printTable(const RunLog& log) {

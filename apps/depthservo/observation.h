@@ -22,6 +22,12 @@ void addObservationOptions(CLI::App& command, ObservationArguments& arguments);
 /// Puts what was given into the options. \throw InputError
 void apply(const ObservationArguments& arguments, ReplayOptions& options);
 
+ReplayTracker trackerNamed(const std::string& name);  ///< \throw InputError
+
+/// OpenCV and FFmpeg tell what they think of a camera or a file on stderr; what matters of it is
+/// told by the tool.
+void silenceImageLibraries();
+
 /// One line per point on stderr: where it is believed to be, and how far that is from the truth.
 void printTable(const RunLog& log);
 

@@ -22,16 +22,6 @@ struct ReplayArguments {
   bool update = false, json = false;
 };
 
-ReplayTracker trackerNamed(const std::string& name) {
-  if (name == "auto") return ReplayTracker::automatic;
-  if (name == "dots") return ReplayTracker::dots;
-  if (name == "tracks") return ReplayTracker::tracks;
-  if (name == "apriltag" || name == "klt") {
-    refuseOption("--tracker", fmt::format("'{}' is not in this version; use dots or tracks", name));
-  }
-  refuseOption("--tracker", fmt::format("'{}' is not known; expected dots or tracks", name));
-}
-
 ReplayMotion motionNamed(const std::string& name) {
   if (name == "auto") return ReplayMotion::automatic;
   if (name == "twist") return ReplayMotion::twist;

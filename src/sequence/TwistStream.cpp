@@ -75,7 +75,9 @@ std::vector<OdometryRow> TwistStream::read(double wait_s) {
   int wait_ms = isEnded_ ? 0 : static_cast<int>(std::ceil(1000 * std::max(0.0, wait_s)));
   for (std::size_t total = 0; total < kMostAtATime;) {
     pollfd state{file_, POLLIN, 0};
-    if (poll(&state, 1, wait_ms) <= 0 || !(state.revents & (POLLIN | POLLHUP))) break;
+    const int ready = poll(&state, 1, wait_ms);
+    wasInterrupted_ = ready < 0 && errno == EINTR;
+    if (ready <= 0 || !(state.revents & (POLLIN | POLLHUP))) break;
     wait_ms = 0;
     const ssize_t count = ::read(file_, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
@@ -85,7 +87,6 @@ std::vector<OdometryRow> TwistStream::read(double wait_s) {
       break;
     }
     isEnded_ = false;
-    hadBytes_ = true;
     take(bytes.data(), static_cast<std::size_t>(count), rows);
     total += static_cast<std::size_t>(count);
   }
@@ -130,7 +131,7 @@ void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows
 
 /// The last line of a file is whole without an end of line; that of a pipe may have lost digits.
 void TwistStream::endOfWriter(std::vector<OdometryRow>& rows) {
-  isEnded_ = isRegular_ || hadBytes_;
+  isEnded_ = true;
   if (isRegular_) {
     takeLine(trimmed(line_), rows);
   } else if (!line_.empty()) {

@@ -7,10 +7,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "depthservo/tracking/AprilTagTracker.h"
-#include "depthservo/tracking/DotTracker.h"
 #include "servo/ImageObserver.h"
-#include "servo/makeEstimator.h"
+#include "servo/makeTracker.h"
 
 namespace depthservo {
 namespace {
@@ -21,33 +19,19 @@ constexpr std::size_t kOdometryRows = 16384;
 constexpr std::size_t kFramesWithoutLog = 600;
 constexpr std::size_t kMostFaultsTold = 20;
 
-std::unique_ptr<PointTracker> trackerOf(const SequenceTarget& seen) {
-  if (seen.tags) return std::make_unique<AprilTagTracker>(*seen.tags);
-  if (seen.dots.empty()) return std::make_unique<DotTracker>(seen.target);
-  std::vector<Eigen::Vector2d> starts;
-  for (const PixelPoint& dot : seen.dots) starts.emplace_back(dot.u, dot.v);
-  return std::make_unique<DotTracker>(starts);
-}
-
-/// Points that the tracker may give.
-std::size_t countOf(const SequenceTarget& seen) {
-  if (seen.tags) return 4 * seen.tags->tags.size();
-  return seen.dots.empty() ? seen.target.points.size() : seen.dots.size();
-}
-
 ImageObserver::Parts partsOf(const LiveOptions& options, bool followsTarget) {
   const ReplayOptions& o = options.observation;
   ImageObserver::Parts parts;
   parts.camera = options.camera;
   parts.pixelNoise_px = o.pixelNoise_px;
-  const std::size_t count = countOf(options.target);
+  const std::size_t count = pointsOf(options.target);
   for (std::size_t i = 0; i < count; ++i) parts.ids.push_back(static_cast<int>(i));
   parts.prior = DepthPrior{o.depth.initial};
   if (o.priorSigma_Z) parts.prior.sigma_chi = *o.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
   parts.estimator = {o.depth, noiseOf(o), o.odometryScaleSigma, options.target.target};
   if (options.rate > 0) parts.estimator.frameRate = options.rate;
   parts.estimator.sigma = o.pixelNoise_px / options.camera.focal_px();
-  parts.tracker = trackerOf(options.target);
+  parts.tracker = makeTracker(options.target);
   if (followsTarget) parts.followed = options.target.target;
   parts.odometryCapacity = kOdometryRows;
   return parts;
@@ -82,7 +66,7 @@ class TwistFeed {
   void feed(ImageObserver& observer, double time_s, std::vector<Event>& events) {
     take(observer, 0);
     const auto start = Clock::now();
-    while (!stream_.isEnded() && !isEnough(observer, time_s)) {
+    while (!stream_.isEnded() && !stream_.wasInterrupted() && !isEnough(observer, time_s)) {
       const double waited_s = std::chrono::duration<double>(Clock::now() - start).count();
       if (isLate_ || waited_s >= patience_s_) break;
       take(observer, patience_s_ - waited_s);

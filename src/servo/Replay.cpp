@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "depthservo/tracking/DotTracker.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "servo/ImageObserver.h"
 #include "servo/makeEstimator.h"
+#include "servo/makeTracker.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -24,25 +24,6 @@ constexpr double kUsualRate = 30;
 
 [[noreturn]] void refuse(const Sequence& sequence, const std::string& message) {
   throw InputError({sequence.folder(), 0, ""}, message);
-}
-
-ReplayTracker chooseTracker(const Sequence& sequence, ReplayTracker wanted) {
-  const bool canSeeDots =
-      sequence.hasImages() && (!sequence.dots().empty() || !sequence.target().points.empty());
-  if (wanted == ReplayTracker::automatic) {
-    wanted = sequence.hasImages() ? ReplayTracker::dots : ReplayTracker::tracks;
-  }
-  if (wanted == ReplayTracker::dots && !canSeeDots) {
-    refuse(sequence,
-           sequence.hasImages()
-               ? "no dots to track: give their start positions as 'dots: [[u, v], ...]' or the "
-                 "'target' in sequence.yaml"
-               : "--tracker dots needs images (rgb.txt)");
-  }
-  if (wanted == ReplayTracker::tracks && !sequence.hasTracks()) {
-    refuse(sequence, "no tracks.csv and no images: there are no points to observe");
-  }
-  return wanted;
 }
 
 ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
@@ -73,13 +54,6 @@ ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
   return wanted;
 }
 
-std::unique_ptr<PointTracker> makeTracker(const Sequence& sequence) {
-  if (sequence.dots().empty()) return std::make_unique<DotTracker>(sequence.target());
-  std::vector<Eigen::Vector2d> starts;
-  for (const PixelPoint& dot : sequence.dots()) starts.emplace_back(dot.u, dot.v);
-  return std::make_unique<DotTracker>(starts);
-}
-
 /// Every id the tracker may give, ascending.
 std::vector<int> allIds(const Sequence& sequence, ReplayTracker tracker) {
   std::set<int> ids;
@@ -88,8 +62,7 @@ std::vector<int> allIds(const Sequence& sequence, ReplayTracker tracker) {
       for (const PixelPoint& point : frame.tracks) ids.insert(point.id);
     }
   } else {
-    const std::size_t count =
-        sequence.dots().empty() ? sequence.target().points.size() : sequence.dots().size();
+    const std::size_t count = pointsOf(targetOf(sequence));
     for (std::size_t i = 0; i < count; ++i) ids.insert(static_cast<int>(i));
   }
   return {ids.begin(), ids.end()};
@@ -170,7 +143,7 @@ class Replayer {
       parts.prior.sigma_chi = *options.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
     }
     parts.estimator = setupOf(sequence_, options);
-    if (trackerKind_ == ReplayTracker::dots) parts.tracker = makeTracker(sequence_);
+    if (trackerKind_ == ReplayTracker::dots) parts.tracker = makeTracker(targetOf(sequence_));
     if (motionKind_ == ReplayMotion::target) parts.followed = sequence_.target();
     parts.odometryCapacity = std::max(
         {sequence_.frames().size(), sequence_.odometry().size(), sequence_.poses().size()});

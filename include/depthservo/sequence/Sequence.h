@@ -87,10 +87,11 @@ struct ReplayHints {
 
 /// What is to be tracked, as sequence.yaml tells it.
 struct SequenceTarget {
-  DotTarget target;  ///< no points: not named
+  DotTarget target;  ///< no points: not named; of AprilTags the corners, if all sizes are given
+  std::optional<AprilTagTarget> tags{};  ///< empty when the target is of another type
   std::vector<PixelPoint>
-      dots;  ///< start positions in the first image, ids 0, 1, ...; may be empty
-  ReplayHints hints;
+      dots{};  ///< start positions in the first image, ids 0, 1, ...; may be empty
+  ReplayHints hints{};
 };
 
 /// `target`, `dots` and `replay` of a file with the keys of sequence.yaml. Throws InputError; so it

@@ -24,12 +24,15 @@ class TwistStream {
   TwistStream& operator=(const TwistStream&) = delete;
 
   /// The rows that have arrived since the last call; waits up to `wait_s` for the first bytes of
-  /// them. At most a megabyte at a time. Never throws.
+  /// them, less when a signal comes. At most a megabyte at a time. Never throws.
   std::vector<OdometryRow> read(double wait_s);
 
   /// Whether no more can be expected now: the end of a file, or a pipe that nobody writes to any
   /// more. (A pipe may get a new writer.)
   bool isEnded() const { return isEnded_; }
+
+  /// Whether a signal cut the last wait short.
+  bool wasInterrupted() const { return wasInterrupted_; }
 
   struct Counts {
     std::size_t rows = 0;       ///< taken
@@ -49,7 +52,7 @@ class TwistStream {
   void endOfWriter(std::vector<OdometryRow>& rows);
 
   int file_ = -1;
-  bool isRegular_ = false, isEnded_ = false, hadBytes_ = false;
+  bool isRegular_ = false, isEnded_ = false, wasInterrupted_ = false;
   bool isOverlong_ = false;  // the rest of the line is to be thrown away
   std::string line_;         // begun, not ended
   double last_s_;
