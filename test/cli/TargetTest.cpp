@@ -54,12 +54,12 @@ TEST_F(Target, dots_have_their_exact_size_on_letter) {
 }
 
 TEST_F(Target, a_tag_has_its_exact_size_from_corner_to_corner) {
-  const Result result = draw("apriltag --size 0.16 --id 3");
+  const Result result = draw("apriltag --size 0.15 --id 3");
   ASSERT_EQ(result.exitCode, 0) << result.err;
   const PdfPage page = readPdfPage(file());
   ASSERT_EQ(page.shapes.size(), 2u) << "the black cells are one shape";
   const double y = (297 - 32) / 2.0;
-  expectBox(page.shapes[0], 105 - 80, y - 80, 105 + 80, y + 80);
+  expectBox(page.shapes[0], 105 - 75, y - 75, 105 + 75, y + 75);
 }
 
 TEST_F(Target, prints_lines_that_a_sequence_takes) {
