@@ -101,7 +101,7 @@ void TwistStream::take(const char* bytes, std::size_t count, std::vector<Odometr
     if (line_.size() > kLongestLine && !isOverlong_) {
       isOverlong_ = true;
       ++counts_.malformed;
-      lastFault_ = fmt::format("a line of twists is longer than {} characters", kLongestLine);
+      note(fmt::format("a line of twists is longer than {} characters", kLongestLine));
       line_.clear();
     }
     if (end == std::string_view::npos) return;
@@ -117,11 +117,11 @@ void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows
   const auto row = parsed(line);
   if (!row) {
     ++counts_.malformed;
-    lastFault_ = fmt::format("expected timestamp,vx,vy,vz,wx,wy,wz in numbers, got {}",
-                             detail::quoted(line));
+    note(fmt::format("expected timestamp,vx,vy,vz,wx,wy,wz in numbers, got {}",
+                     detail::quoted(line)));
   } else if (!(row->time_s > last_s_)) {
     ++counts_.notLater;
-    lastFault_ = fmt::format("a twist of {} s comes after one of {} s", row->time_s, last_s_);
+    note(fmt::format("a twist of {} s comes after one of {} s", row->time_s, last_s_));
   } else {
     ++counts_.rows;
     last_s_ = row->time_s;
@@ -141,6 +141,11 @@ void TwistStream::endOfWriter(std::vector<OdometryRow>& rows) {
   }
   line_.clear();
   isOverlong_ = false;
+}
+
+void TwistStream::note(std::string fault) {
+  constexpr std::size_t kMost = 10;
+  if (faults_.size() < kMost) faults_.push_back(std::move(fault));
 }
 
 }  // namespace depthservo

@@ -76,8 +76,9 @@ class TwistFeed {
     if (!isLate && isLate_) events.push_back({time_s, "twists are in time again"});
     isLate_ = isLate;
     tellFaults(time_s, events);
-    if (stream_.isEnded() != wasEnded_) {
-      wasEnded_ = stream_.isEnded();
+    const bool isEnded = stream_.isEnded() && !observer.isCovered(time_s);
+    if (isEnded != wasEnded_) {
+      wasEnded_ = isEnded;
       events.push_back(
           {time_s, wasEnded_ ? "the stream of twists has ended" : "the stream of twists goes on"});
     }
@@ -95,20 +96,15 @@ class TwistFeed {
   }
 
   void tellFaults(double time_s, std::vector<Event>& events) {
-    const std::size_t refused = stream_.counts().refused();
-    if (refused == refused_) return;
-    if (told_ < kMostFaultsTold) {
-      events.push_back({time_s, fmt::format("{} of the twists' lines refused: {}",
-                                            refused - refused_, stream_.lastFault())});
-      ++told_;
+    for (const std::string& fault : stream_.takeFaults()) {
+      if (told_++ < kMostFaultsTold) events.push_back({time_s, "twists: " + fault});
     }
-    refused_ = refused;
   }
 
   TwistStream& stream_;
   double patience_s_;
   bool isLive_, isLate_ = false, wasEnded_ = false;
-  std::size_t refused_ = 0, told_ = 0;
+  std::size_t told_ = 0;
 };
 
 }  // namespace

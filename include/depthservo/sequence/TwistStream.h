@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "depthservo/motion/OdometryRow.h"
@@ -43,13 +44,14 @@ class TwistStream {
   };
   const Counts& counts() const { return counts_; }
 
-  /// Why the last refused line was refused, in one sentence.
-  const std::string& lastFault() const { return lastFault_; }
+  /// Why lines were refused since the last call, a sentence each; at most the first ten.
+  std::vector<std::string> takeFaults() { return std::exchange(faults_, {}); }
 
  private:
   void take(const char* bytes, std::size_t count, std::vector<OdometryRow>& rows);
   void takeLine(std::string_view line, std::vector<OdometryRow>& rows);
   void endOfWriter(std::vector<OdometryRow>& rows);
+  void note(std::string fault);
 
   int file_ = -1;
   bool isRegular_ = false, isEnded_ = false, wasInterrupted_ = false;
@@ -57,7 +59,7 @@ class TwistStream {
   std::string line_;         // begun, not ended
   double last_s_;
   Counts counts_;
-  std::string lastFault_;
+  std::vector<std::string> faults_;
 };
 
 }  // namespace depthservo
