@@ -12,6 +12,9 @@
 
 #include "depthservo/sequence/InputError.h"
 
+// After the others: its macros are named None, Status, Bool, ...
+#include <X11/Xlib.h>
+
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
 #endif
@@ -45,6 +48,13 @@ void drawPaths(const vpImage<unsigned char>& image, const std::vector<FrameRecor
   }
 }
 
+std::function<void()> whenClosed;
+
+int endInOrder(Display*) {
+  whenClosed();
+  std::_Exit(EXIT_SUCCESS);
+}
+
 /// Text on a light strip, legible on any image.
 void write(const vpImage<unsigned char>& image, double row, const std::string& text,
            const vpColor& colour) {
@@ -68,6 +78,10 @@ View::View(const ViewOptions& options) : window_(std::make_unique<Window>()) {
   window_->image.resize(static_cast<unsigned>(options.height), static_cast<unsigned>(options.width),
                         255);
   window_->period_ms = options.rate > 0 ? 1000 / options.rate : 0;
+  if (options.whenClosed) {
+    whenClosed = options.whenClosed;
+    XSetIOErrorHandler(endInOrder);
+  }
   const char* display = std::getenv("DISPLAY");
   try {
     if (!display || !*display) throw vpException(vpException::notInitialized, "no DISPLAY");

@@ -2,6 +2,7 @@
 
 #include <visp3/core/vpImage.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -15,6 +16,10 @@ struct ViewOptions {
   double rate = 0;            ///< images shown per second; 0: as they come [Hz]
   std::string title;
   std::string option;  ///< that asked for the window, for messages
+
+  /// Called when the window or its display is closed from outside, which Xlib does not survive: the
+  /// program ends after it, with exit code 0. Empty: it ends with Xlib's message.
+  std::function<void()> whenClosed{};
 };
 
 /// A window with the live image: dots where they are measured or predicted, their goals and paths,

@@ -16,6 +16,7 @@ void addReplay(CLI::App& app, int& exitCode);
 void addRecord(CLI::App& app, int& exitCode);
 void addReport(CLI::App& app, int& exitCode);
 void addReproduce(CLI::App& app, int& exitCode);
+void addCompare(CLI::App& app, int& exitCode);
 void addGains(CLI::App& app, int& exitCode);
 void addLive(CLI::App& app, int& exitCode);
 void addTarget(CLI::App& app, int& exitCode);

@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <atomic>
-#include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <memory>
 
@@ -12,6 +11,7 @@
 #include "commands.h"
 #include "depthservo/servo/Metrics.h"
 #include "depthservo/servo/RunFolder.h"
+#include "findings.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -50,17 +50,27 @@ std::vector<double> readTimes(const std::string& file) {
 }
 
 std::unique_ptr<View> viewOf(const LiveArguments& arguments, const LiveOptions& options,
-                             const VideoSource& images) {
+                             const VideoSource& images, std::function<void()> whenClosed) {
   if (arguments.noWindow) return nullptr;
   const char* display = std::getenv("DISPLAY");
   if (!display || !*display) return nullptr;
   try {
     return std::make_unique<View>(ViewOptions{options.camera.width, options.camera.height,
                                               images.isLive() ? 0 : images.fps(), arguments.source,
-                                              ""});
+                                              "", std::move(whenClosed)});
   } catch (const InputError&) {
     return nullptr;
   }
+}
+
+void finish(const LiveArguments& arguments, const RunLog& log) {
+  if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
+  printTable(log);
+  printFindings(log);
+  fmt::print(stderr, "{}\n", log.reason);
+  if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
+  if (arguments.json) fmt::print("{}\n", toJson(log));
+  std::fflush(nullptr);
 }
 
 int watchLive(const LiveArguments& arguments) {
@@ -100,7 +110,13 @@ int watchLive(const LiveArguments& arguments) {
   options.patience_s =
       arguments.patience_s.value_or(images.isLive() ? kCameraPatience_s : kFilePatience_s);
   Live live(options, images, twists.get());
-  const std::unique_ptr<View> view = viewOf(arguments, options, images);
+  const RunLog* shown = nullptr;  // while the window draws
+  const std::unique_ptr<View> view = viewOf(arguments, options, images, [&] {
+    if (!shown) return;
+    RunLog log = *shown;
+    log.reason = "the window was closed";
+    finish(arguments, log);
+  });
   if (!view && !arguments.noWindow) fmt::print(stderr, "note: no display, hence no window\n");
 
   stopOn(SIGINT);
@@ -115,16 +131,14 @@ int watchLive(const LiveArguments& arguments) {
       if (!frame.log.events.empty()) {
         status += (status.empty() ? "" : "   ") + frame.log.events.back().what;
       }
+      shown = &frame.log;
       view->show(frame.image, frame.record, frame.log, status);
       if (view->isClosed()) return false;
+      shown = nullptr;
     }
     return interrupted == 0;
   });
-  if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
-  printTable(log);
-  fmt::print(stderr, "{}\n", log.reason);
-  if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
-  if (arguments.json) fmt::print("{}\n", toJson(log));
+  finish(arguments, log);
   return kMet;
 }
 

@@ -17,6 +17,7 @@ Examples:
   depthservo run SCENARIO --set depth.initial=8 --json              another guess, result as JSON
   depthservo record SCENARIO my-sequence                            keep images, odometry and truth
   depthservo replay my-sequence --prior 3 --out my-replay           observe depth on recorded data
+  depthservo compare my-sequence --out my-comparison                all estimators on the same data
   depthservo report my-run                                          make report.html anew
   depthservo reproduce all                                          papers' simulations, theirs vs ours
   depthservo live --source 0 --camera camera.yaml --target target.yaml --twist twists.fifo
@@ -68,6 +69,7 @@ int run(int argc, char** argv) {
   addReplay(app, exitCode);
   addRecord(app, exitCode);
   addReport(app, exitCode);
+  addCompare(app, exitCode);
   addReproduce(app, exitCode);
   addGains(app, exitCode);
   addLive(app, exitCode);

@@ -104,6 +104,9 @@ void printTable(const RunLog& log) {
     if (std::isfinite(point.relative_error)) {
       fmt::print(stderr, ", {:.2g} % from {:.4g} m", 100 * point.relative_error, point.Z_true);
     }
+    if (point.status == DepthStatus::unexcited && !point.unexcited_because.empty()) {
+      fmt::print(stderr, ": {}", point.unexcited_because);
+    }
     fmt::print(stderr, "\n");
   }
 }

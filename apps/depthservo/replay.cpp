@@ -8,8 +8,10 @@
 #include "ProgressBar.h"
 #include "commands.h"
 #include "depthservo/servo/Baseline.h"
+#include "depthservo/servo/FocalReplay.h"
 #include "depthservo/servo/Metrics.h"
 #include "depthservo/servo/RunFolder.h"
+#include "findings.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -19,6 +21,7 @@ struct ReplayArguments {
   std::string sequence, baseline, out, tracker = "auto", motion = "auto", observe = "depth";
   SequenceOptions source;
   ObservationArguments observation;
+  std::vector<double> focalGains;
   bool update = false, json = false;
 };
 
@@ -35,11 +38,9 @@ ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequen
   ReplayOptions options = ReplayOptions::of(sequence);
   options.tracker = trackerNamed(arguments.tracker);
   options.motion = motionNamed(arguments.motion);
-  if (arguments.observe == "focal") {
-    refuseOption("--observe", "'focal' is not in this version; use depth");
-  }
-  if (arguments.observe != "depth") {
-    refuseOption("--observe", fmt::format("'{}' is not known; expected depth", arguments.observe));
+  if (arguments.observe != "depth" && arguments.observe != "focal") {
+    refuseOption("--observe",
+                 fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
   }
   apply(arguments.observation, options);
   return options;
@@ -66,6 +67,49 @@ int compare(const RunLog& log, const std::string& file, bool update) {
   return kNotMet;
 }
 
+void printFocal(const FocalReplay& replay) {
+  fmt::print(stderr, "{}: {} frames, {:.2f} s\n", replay.name, replay.frames, replay.duration_s);
+  for (const FocalPoint& point : replay.points) {
+    const FocalEstimate& e = point.estimate;
+    fmt::print(stderr,
+               "  point {}: focal length {:.5g} +- {:.2g} px (2 sigma), {}{}{}; eta1 {:.3g}, eta2 "
+               "{:.3g} px rad/s, sigma_min {:.3g}; measured in {} frames\n",
+               point.id, e.focal_px, 2 * e.sigma_focal_px, toString(e.status),
+               point.unexcited_because.empty() ? "" : ": ", point.unexcited_because, e.eta1, e.eta2,
+               e.sigma_min, point.measured_frames);
+  }
+  fmt::print(stderr, "focal length {:.5g} px, {}; the camera file says {:.6g} px\n",
+             replay.focal_px, toString(replay.status), replay.camera.fx);
+  fmt::print(stderr, "the camera is {:.3g} m ahead of the axis it turns about: ", replay.lever_m);
+  if (replay.Z) {
+    fmt::print(stderr, "without that, {:.5g} px for points at {:g} m\n", replay.compensated_px,
+               *replay.Z);
+  } else {
+    fmt::print(stderr, "divide by 1 + {:.3g} m/Z, or give Z with --prior\n", replay.lever_m);
+  }
+}
+
+int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence,
+                      const ReplayOptions& options) {
+  if (!arguments.baseline.empty()) refuseOption("--baseline", "is for --observe depth");
+  FocalReplayOptions focal;
+  focal.replay = options;
+  if (!arguments.observation.prior.empty()) focal.Z = options.depth.initial;
+  if (arguments.focalGains.size() == 3) {
+    focal.gains = {arguments.focalGains[0], arguments.focalGains[1], arguments.focalGains[2]};
+  }
+  FocalReplay result;
+  {
+    ProgressBar bar("replay " + sequence.name());
+    result = replayFocal(sequence, focal, [&](double done) { bar.show(done); });
+  }
+  if (!arguments.out.empty()) writeFocalFolder(result, arguments.out);
+  printFocal(result);
+  if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
+  if (arguments.json) fmt::print("{}\n", toJson(result));
+  return kMet;
+}
+
 int replaySequence(const ReplayArguments& arguments) {
   if (arguments.update && arguments.baseline.empty())
     refuseOption("--update", "needs --baseline FILE");
@@ -74,6 +118,8 @@ int replaySequence(const ReplayArguments& arguments) {
   if (!arguments.baseline.empty() && !arguments.update) Baseline::load(arguments.baseline);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
 
+  if (arguments.observe == "focal") return replayFocalLength(arguments, sequence, options);
+  if (!arguments.focalGains.empty()) refuseOption("--focal-gains", "is for --observe focal");
   RunLog log;
   {
     ProgressBar bar("replay " + sequence.name());
@@ -82,6 +128,7 @@ int replaySequence(const ReplayArguments& arguments) {
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
   printTable(log);
+  printFindings(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   if (arguments.json) fmt::print("{}\n", toJson(log));
   return arguments.baseline.empty() ? kMet : compare(log, arguments.baseline, arguments.update);
@@ -113,6 +160,13 @@ void addReplay(CLI::App& app, int& exitCode) {
       ->type_name("F")
       ->check(CLI::PositiveNumber);
   command->add_option("--observe", a->observe, "depth (default) | focal")->type_name("WHAT");
+  command
+      ->add_option("--focal-gains", a->focalGains,
+                   "Gains of --observe focal, for pixels; default: for the motion at hand")
+      ->type_name("K,K3,K4")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(CLI::PositiveNumber);
   command
       ->add_option("--baseline", a->baseline,
                    "Compare with accepted figures; exit 1 when one moved")

@@ -10,6 +10,7 @@
 #include "depthservo/servo/RunFolder.h"
 #include "depthservo/servo/Scenario.h"
 #include "depthservo/servo/ServoLoop.h"
+#include "findings.h"
 
 namespace depthservo {
 namespace {
@@ -73,6 +74,7 @@ int runScenario(const RunArguments& arguments) {
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   fmt::print(stderr, "{}\n", verdict(log, computeMetrics(log)));
+  printFindings(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   if (arguments.json) fmt::print("{}\n", toJson(log));
 

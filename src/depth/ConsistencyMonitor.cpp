@@ -317,6 +317,39 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::diagnosis() const {
   return undecided;
 }
 
+const char* ConsistencyMonitor::toString(Cause cause) {
+  switch (cause) {
+    case Cause::none:
+      return "none";
+    case Cause::latency:
+      return "latency";
+    case Cause::gyroBias:
+      return "gyro-bias";
+    case Cause::focalLength:
+      return "focal-length";
+    case Cause::movingTarget:
+      return "moving-target";
+    case Cause::outliers:
+      return "outliers";
+    case Cause::noise:
+      return "noise";
+  }
+  return "";
+}
+
+const char* ConsistencyMonitor::unitOf(Cause cause) {
+  switch (cause) {
+    case Cause::latency:
+      return "s";
+    case Cause::gyroBias:
+      return "rad/s";
+    case Cause::movingTarget:
+      return "m/s";
+    default:
+      return "";
+  }
+}
+
 std::string ConsistencyMonitor::Diagnosis::message() const {
   char text[256];
   const auto say = [&](const char* format, double value) {

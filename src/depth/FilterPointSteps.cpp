@@ -212,11 +212,10 @@ DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noi
   const double parallax = std::sqrt(p.parallax2);
   e.excitation = dt > 0 ? std::min(parallax / dt, kLargestSpeed) : 0;
   const auto excited = [&] {
+    const double sigma2 = std::max(p.cc, kWellKnown * kWellKnown * e.chi * e.chi);
     const DepthForecast forecast{noise.rho * parallax, std::sqrt(p.r), noise.variance_t,
                                  noise.variance_theta};
-    const double sigma = std::max(std::sqrt(p.cc), kWellKnown * e.chi);
-    return dt > 0 && forecast.sigma_chiAfter(e.chi, sigma, std::max(1., 1 / dt)) <
-                         (1 - kTellingShare) * sigma;
+    return dt > 0 && forecast.tells(kTellingShare, e.chi, sigma2, std::max(1., 1 / dt));
   };
   switch (p.phase) {
     case Phase::behind:

@@ -9,18 +9,9 @@ namespace {
 /// wn times the settling time to 2 % of s^2 + 2 wn s + wn^2.
 constexpr double kSettling = 5.83;
 
-/// Excitation [m/s] below which the camera does not translate across the line of sight at all.
-constexpr double kNoExcitation = 1e-9;
-
-/// Speeds [m/s] and derivatives of the flow beyond which a motion is nonsense: squares stay finite.
-constexpr double kBeyondSense = 1e9;
-
-/// No camera sees a point farther from its prediction than this (84 degrees off its axis).
-constexpr double kLargestInnovation = 10;
-
-double square(double a) { return a * a; }
-
 }  // namespace
+
+using namespace detail;
 
 ObserverGains ObserverGains::fromSettlingTime(double settling_s, double W0) {
   const double wn = kSettling / settling_s;
@@ -30,33 +21,6 @@ ObserverGains ObserverGains::fromSettlingTime(double settling_s, double W0) {
 ObserverGains ObserverGains::scheduled(double settling_s, double W_min) {
   const double wn = kSettling / settling_s;
   return {2 * wn, wn * wn / (W_min * W_min), W_min, wn};
-}
-
-void NonlinearDepthObserver::PoleMatchedGains::match(double k, double squaredFrequency,
-                                                     double duration_s) {
-  if (duration_s == Dt && squaredFrequency == wn2) return;
-  Dt = duration_s;
-  wn2 = squaredFrequency;
-  point = -std::expm1(-k * Dt);
-  const double half = 0.5 * k;
-  const double D = half * half - wn2;
-  if (D >= 0) {  // written so that nothing cancels when wn2 is small
-    const double fast = half + std::sqrt(D);
-    const double slow = wn2 / fast;
-    chi = std::expm1(-fast * Dt) * std::expm1(-slow * Dt);
-  } else {
-    const double oneMinus = -std::expm1(-half * Dt);
-    const double s = std::sin(0.5 * std::sqrt(-D) * Dt);
-    chi = oneMinus * oneMinus + 4 * (1 - oneMinus) * s * s;
-  }
-}
-
-double NonlinearDepthObserver::WindowShare::of(double duration_s, double window_s) {
-  if (duration_s != dt) {
-    dt = duration_s;
-    share = -std::expm1(-dt / window_s);
-  }
-  return share;
 }
 
 NonlinearDepthObserver::NonlinearDepthObserver(const Options& options, const DepthRange& range)
@@ -99,21 +63,15 @@ void NonlinearDepthObserver::predict(const Motion& motion) {
 
   const double W2 = noise.rho * W * W;
   const double decayRate = options_.gains.wn2At(W2) / options_.gains.k;
-  const double seen = windowShare_.of(motion.dt, options_.window_s);
-  J_ += seen * (W2 * options_.window_s - J_);
-  windowedDecay_ += seen * (decayRate * options_.window_s - windowedDecay_);
-  windowFilled_ += seen * (1 - windowFilled_);
+  window_.add(W2, decayRate, motion.dt, options_.window_s);
 
   predicted_ = predictedVariance();
   const bool isVague = predicted_.ll > square(options_.lost_sigma);
   phase_ = isVague ? Phase::vague : Phase::coasting;
 }
 
-NonlinearDepthObserver::LineVariance NonlinearDepthObserver::predictedVariance() const {
-  const double B = J_point_chi_.head<2>().norm();
-  const double g = J_point_chi_.z();
-  const auto& [ll, lc, cc] = variance_;
-  return {ll + B * (2 * lc + B * cc) + odometryVariance_, g * (lc + B * cc), g * g * cc};
+LineVariance NonlinearDepthObserver::predictedVariance() const {
+  return variance_.predicted(J_point_chi_.head<2>().norm(), J_point_chi_.z(), odometryVariance_);
 }
 
 void NonlinearDepthObserver::correct(const PointMeasurement& measurement) {
@@ -126,9 +84,7 @@ void NonlinearDepthObserver::correct(const PointMeasurement& measurement) {
   const double r = measurement.sigma * measurement.sigma;
   const LineVariance P = predicted_;
   const Eigen::Vector2d nu(measurement.x - point_.x, measurement.y - point_.y);
-  const double gate2 =
-      std::min(std::max(square(options_.gate), square(options_.gate_sigma) * (P.ll + r)),
-               square(kLargestInnovation));
+  const double gate2 = squaredGate(options_.gate, options_.gate_sigma, P.ll + r);
   if (!(nu.squaredNorm() <= gate2)) {
     phase_ = Phase::rejected;
     if (++rejections_ > options_.rejectionsInARow) reset(measurement, {1 / point_.chi});
@@ -148,10 +104,7 @@ void NonlinearDepthObserver::correct(const PointMeasurement& measurement) {
   point_.y += gains_.point * nu.y();
   if (chiPerLine > 0) point_.chi = range_.clampChi(point_.chi + chiPerLine * b.dot(nu) * perLine);
 
-  const double keep = 1 - gains_.point;
-  variance_ = {keep * keep * P.ll + gains_.point * gains_.point * r,
-               keep * (P.lc - chiPerLine * P.ll) + gains_.point * chiPerLine * r,
-               P.cc - 2 * chiPerLine * P.lc + chiPerLine * chiPerLine * (P.ll + r)};
+  variance_ = P.corrected(gains_.point, chiPerLine, r);
   if (!(variance_.ll + variance_.cc < kBeyondSense)) {
     return reset(measurement, {1 / point_.chi});
   }
@@ -173,9 +126,7 @@ void NonlinearDepthObserver::correctDepth(const DepthPrior& measured) {
   predicted_ = predictedVariance();
 }
 
-bool NonlinearDepthObserver::isExcited() const {
-  return W_ > kNoExcitation && windowFilled_ > 0 && windowedDecay_ >= windowFilled_;
-}
+bool NonlinearDepthObserver::isExcited() const { return W_ > kNoExcitation && window_.isExcited(); }
 
 DepthEstimate NonlinearDepthObserver::estimate() const {
   if (phase_ == Phase::unset) return {};

@@ -9,6 +9,9 @@ namespace {
 /// Translation [m] below which two images are taken from the same place.
 constexpr double kSamePlace = 1e-9;
 
+/// Slack [s] of the least time between kept images: times are sums and differences.
+constexpr double kTimeSlack_s = 1e-6;
+
 /// A fit vaguer than this times the sharpest so far is not taken ...
 constexpr double kVaguer = 2;
 /// ... unless it differs by this many of its sigma.
@@ -133,7 +136,7 @@ void WindowDepthEstimator::takeImage(const PointMeasurement& measurement) {
   const Motion back = sinceNewest_.inverse();
   for (std::size_t i = 0; i < size_; ++i) earlier_[i].toThere = back.then(earlier_[i].toThere);
   const bool isElsewhere = sinceNewest_.t.norm() > kSamePlace || newest_.depth.isKnown();
-  const bool isApart = size_ == 0 || !(sinceLastKept_s_ < options_.spacing_s);
+  const bool isApart = size_ == 0 || !(sinceLastKept_s_ < options_.spacing_s - kTimeSlack_s);
   if (isElsewhere && isApart) {
     WindowImage& kept = earlier_[oldest_];
     kept = newest_;

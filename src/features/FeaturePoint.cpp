@@ -7,7 +7,7 @@
 #include <cmath>
 #include <iostream>
 
-#include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/depth/InverseDepthFilter.h"
 #include "features/toTwist.h"
 
 #ifdef VISP_NAMESPACE_NAME
@@ -45,7 +45,7 @@ void displayDepth(const DepthEstimate& estimate, const vpCameraParameters& cam,
 
 }  // namespace
 
-FeaturePoint::FeaturePoint() : FeaturePoint(NonlinearDepthObserver()) {}
+FeaturePoint::FeaturePoint() : FeaturePoint(InverseDepthFilter()) {}
 
 FeaturePoint::FeaturePoint(const DepthEstimator& estimator, const DepthRange& range)
     : estimator_(estimator.clone()),
@@ -70,6 +70,7 @@ FeaturePoint& FeaturePoint::operator=(const FeaturePoint& other) {
   Z_desired_ = other.Z_desired_;
   servoDepthChoice_ = other.servoDepthChoice_;
   desiredIsGiven_ = other.desiredIsGiven_;
+  isAdrift_ = other.isAdrift_;
   interactionAsked_ = other.interactionAsked_;
   depthUnused_ = other.depthUnused_;
   refused_ = other.refused_;
@@ -81,7 +82,7 @@ void FeaturePoint::init() {
   estimate_ = {};
   Z_written_ = Z_usable_ = get_Z();
   Z_desired_ = 0;
-  desiredIsGiven_ = interactionAsked_ = depthUnused_ = false;
+  desiredIsGiven_ = isAdrift_ = interactionAsked_ = depthUnused_ = false;
   refused_ = 0;
 }
 
@@ -103,23 +104,32 @@ void FeaturePoint::observe(const Motion& motion) {
   if (!estimator_) return;  // a member of a group is observed by its group
 
   if (!isUsable) {
+    isAdrift_ = true;
     publish(estimate_);
   } else if (estimate_.status == DepthStatus::unset) {
     const bool isStart = hasNewPoint() && measurement().isUsable();
-    if (isStart) estimator_->reset(measurement(), {get_Z()});
+    if (isStart) start(measurement(), {get_Z()});
     publish(isStart ? estimator_->estimate() : estimate_);
   } else {
     estimator_->predict(motion);
+    const bool isMeasuredNow = hasNewPoint() && measurement().isUsable();
     if (hasNewDepth()) {
       const DepthEstimate now = estimator_->estimate();
-      const bool isMeasuredNow = hasNewPoint() && measurement().isUsable();
-      estimator_->reset(isMeasuredNow ? measurement() : PointMeasurement{now.x, now.y, sigma_},
-                        {get_Z()});
+      start(isMeasuredNow ? measurement() : PointMeasurement{now.x, now.y, sigma_}, {get_Z()});
+    } else if (isAdrift_ && isMeasuredNow) {
+      // A motion nobody told of lies between: it must not be read as parallax.
+      const DepthEstimate now = estimator_->estimate();
+      start(measurement(), {now.Z(), now.sigma_chi});
     } else if (hasNewPoint()) {
       estimator_->correct(measurement());
     }
     publish(estimator_->estimate());
   }
+}
+
+void FeaturePoint::start(const PointMeasurement& at, const DepthPrior& prior) {
+  estimator_->reset(at, prior);
+  isAdrift_ = false;
 }
 
 void FeaturePoint::publish(const DepthEstimate& estimate) {

@@ -43,6 +43,10 @@ MobileManipulator::Jacobian MobileManipulator::cameraJacobian() const {
   return J;
 }
 
+std::vector<std::string> MobileManipulator::velocityNames() const {
+  return {"v [m/s]", "w [rad/s]", "q1' [rad/s]", "q2' [rad/s]", "q3' [rad/s]"};
+}
+
 Twist MobileManipulator::cameraTwist(const Eigen::VectorXd& velocity) const {
   const Eigen::Matrix<double, 6, 1> twist = cameraJacobian() * Vector5d(velocity);
   return {twist.head<3>(), twist.tail<3>()};

@@ -275,9 +275,10 @@ bool exists(const std::string& path) {
 }
 
 ReplayHints readHints(const detail::StrictMapping& settings) {
-  const StrictMapping replay = settings.mapping(
-      "replay", {"estimator", "prior", "pixel_noise", "odometry_noise", "odometry_mode",
-                 "odometry_scale_sigma", "Z_min", "Z_max", "settling", "W_min", "k", "k_3"});
+  const StrictMapping replay =
+      settings.mapping("replay", {"estimator", "prior", "pixel_noise", "odometry_noise",
+                                  "odometry_mode", "odometry_scale_sigma", "Z_min", "Z_max",
+                                  "settling", "W_min", "k", "k_3", "ke", "kappa"});
   ReplayHints hints;
   const auto number = [&](const char* key, std::optional<double>& value, const Range& range,
                           const char* unit) {
@@ -290,6 +291,8 @@ ReplayHints readHints(const detail::StrictMapping& settings) {
   number("Z_max", hints.Z_max, Range::above(0, 1e6), "m");
   number("settling", hints.settling, Range::above(0, 1000), "s");
   number("W_min", hints.W_min, Range::above(0, 10), "m/s");
+  number("ke", hints.ke, Range::above(0, 1000), "1/s");
+  number("kappa", hints.kappa, Range::above(0, 100), "m/s, rad/s");
   number("k", hints.k, Range::above(0, 1e6), "1/s");
   number("k_3", hints.k_3, {0, 1e12}, "1/m^2");
   if (replay.has("odometry_noise")) {

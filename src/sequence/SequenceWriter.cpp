@@ -54,6 +54,8 @@ std::string replayYaml(const ReplayHints& hints) {
   add("Z_max", hints.Z_max);
   add("settling", hints.settling);
   add("W_min", hints.W_min);
+  add("ke", hints.ke);
+  add("kappa", hints.kappa);
   add("k", hints.k);
   add("k_3", hints.k_3);
   return text.empty() ? "" : "replay:\n" + text;

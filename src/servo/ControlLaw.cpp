@@ -2,9 +2,13 @@
 
 #include <visp3/vs/vpServo.h>
 
+#include <Eigen/Cholesky>
 #include <stdexcept>
 
+#include "depthservo/depth/PoseRegulation.h"
+#include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/TaskFunction.h"
+#include "depthservo/tracking/KnownTargetEstimator.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -25,32 +29,72 @@ vpServo::vpServoIteractionMatrixType interactionType(Scenario::Interaction inter
   return vpServo::CURRENT;
 }
 
+std::vector<PointState> desiredPoints(const Scenario& scenario, const ServoGoal& goal) {
+  std::vector<PointState> points;
+  for (std::size_t i = 0; i < goal.pixels.size(); ++i) {
+    const Eigen::Vector2d s =
+        scenario.camera.pinhole().normalise(goal.pixels[i].x(), goal.pixels[i].y());
+    points.push_back({s.x(), s.y(), 1 / goal.Z[i]});
+  }
+  return points;
+}
+
+/// The velocities that vpServo computes.
+Eigen::VectorXd computed(vpServo& task, const CameraRobot& robot) {
+  task.set_cVe(robot.cVe());
+  task.set_eJe(robot.eJe());
+  const vpColVector qdot = task.computeControlLaw();
+  return Eigen::Map<const Eigen::VectorXd>(qdot.data, qdot.getRows());
+}
+
+void setUp(vpServo& task, const Scenario::Control& control) {
+  task.setServo(vpServo::EYEINHAND_L_cVe_eJe);
+  task.setInteractionMatrixType(interactionType(control.interaction));
+  task.setLambda(control.gain);
+}
+
 /// vpServo on the points.
 class PointLaw : public ControlLaw {
  public:
   PointLaw(const Scenario& scenario, const ServoGoal& goal, FeaturePointGroup& features)
       : desired_(features.size()) {
-    const PinholeCamera camera = scenario.camera.pinhole();
+    const std::vector<PointState> points = desiredPoints(scenario, goal);
     for (std::size_t i = 0; i < features.size(); ++i) {
-      const Eigen::Vector2d s = camera.normalise(goal.pixels[i].x(), goal.pixels[i].y());
-      desired_[i].buildFrom(s.x(), s.y(), goal.Z[i]);
+      desired_[i].buildFrom(points[i].x, points[i].y, goal.Z[i]);
       task_.addFeature(features[i], desired_[i]);
     }
-    task_.setServo(vpServo::EYEINHAND_L_cVe_eJe);
-    task_.setInteractionMatrixType(interactionType(scenario.control.interaction));
-    task_.setLambda(scenario.control.gain);
+    setUp(task_, scenario.control);
   }
 
-  Eigen::VectorXd command(const ControlInput& now) override {
-    task_.set_cVe(now.robot.cVe());
-    task_.set_eJe(now.robot.eJe());
-    const vpColVector qdot = task_.computeControlLaw();
-    return Eigen::Map<const Eigen::VectorXd>(qdot.data, qdot.getRows());
-  }
+  Eigen::VectorXd command(const ControlInput& now) override { return computed(task_, now.robot); }
 
  private:
   std::vector<vpFeaturePoint> desired_;
   vpServo task_;  // after the desired features: its destructor asks them who deallocates them
+};
+
+/// vpServo on the moments of all points.
+class MomentLaw : public ControlLaw {
+ public:
+  MomentLaw(const Scenario& scenario, const ServoGoal& goal, const FeaturePointGroup& points)
+      : points_(points),
+        moments_(
+            FeatureMoments::scaleFor(desiredPoints(scenario, goal), scenario.control.size_weight)),
+        desired_(moments_) {
+    desired_.buildFrom(desiredPoints(scenario, goal));
+    task_.addFeature(moments_, desired_);
+    setUp(task_, scenario.control);
+  }
+
+  Eigen::VectorXd command(const ControlInput& now) override {
+    moments_.update(points_);
+    return computed(task_, now.robot);
+  }
+
+ private:
+  const FeaturePointGroup& points_;
+  FeatureMoments moments_, desired_;
+  vpServo task_;  // after the features
 };
 
 /// The task function: only depths at the goal enter.
@@ -74,16 +118,6 @@ class TaskLaw : public ControlLaw {
   }
 
  private:
-  static std::vector<PointState> desiredPoints(const Scenario& scenario, const ServoGoal& goal) {
-    std::vector<PointState> points;
-    for (std::size_t i = 0; i < goal.pixels.size(); ++i) {
-      const Eigen::Vector2d s =
-          scenario.camera.pinhole().normalise(goal.pixels[i].x(), goal.pixels[i].y());
-      points.push_back({s.x(), s.y(), 1 / goal.Z[i]});
-    }
-    return points;
-  }
-
   const FeaturePointGroup& features_;
   double gain_;
   TaskFunction task_;
@@ -106,12 +140,46 @@ class ProfileLaw : public ControlLaw {
   double halfRow_s_;
 };
 
+/// Steers by the pose of the target, predicted to each row of odometry (Ibuki et al. 2023).
+class RegulationLaw : public ControlLaw {
+ public:
+  RegulationLaw(const Scenario& scenario, const Eigen::Isometry3d& cdMo,
+                const FeaturePointGroup& features)
+      : regulation_(cdMo, optionsOf(scenario)),
+        target_(dynamic_cast<const KnownTargetEstimator&>(features.estimator())) {}
+
+  Eigen::VectorXd command(const ControlInput& now) override {
+    const Twist twist = regulation_.command(target_.observer().cMo(now.odometry, now.time_s));
+    Vector6d v;
+    v << twist.linear, twist.angular;
+    const vpMatrix cVe_eJe = vpMatrix(now.robot.cVe()) * now.robot.eJe();
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    const Eigen::Map<const RowMajor> J(cVe_eJe.data, cVe_eJe.getRows(), cVe_eJe.getCols());
+    return (J.transpose() * J).ldlt().solve(J.transpose() * v);
+  }
+  std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }
+
+ private:
+  static PoseRegulationOptions optionsOf(const Scenario& scenario) {
+    PoseRegulationOptions options;
+    options.kc = scenario.control.kc;
+    if (scenario.robot.type != RobotKind::free) options.mobility = Mobility::planar;
+    return options;
+  }
+
+  PoseRegulation regulation_;
+  const KnownTargetEstimator& target_;
+};
+
 }  // namespace
 
 std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const ServoGoal& goal,
                                            FeaturePointGroup& features) {
   switch (scenario.control.law) {
     case Law::vpServo:
+      if (scenario.control.features == FeatureKind::moments) {
+        return std::make_unique<MomentLaw>(scenario, goal, features);
+      }
       return std::make_unique<PointLaw>(scenario, goal, features);
     case Law::task:
       try {
@@ -121,6 +189,8 @@ std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const Servo
       }
     case Law::profile:
       return std::make_unique<ProfileLaw>(scenario);
+    case Law::regulation:
+      return std::make_unique<RegulationLaw>(scenario, *goal.cdMo, features);
   }
   throw std::logic_error("no such law");
 }

@@ -13,7 +13,13 @@ ImageObserver::ImageObserver(Parts parts)
       estimator_(makeEstimator(parts_.estimator, parts_.ids.size())),
       frameRate_(parts_.estimator),
       odometry_(parts_.odometryCapacity) {
-  if (parts_.followed) targetPose_.emplace(*parts_.followed, parts_.camera);
+  if (parts_.followed) {
+    targetPose_.emplace(*parts_.followed, parts_.camera);
+  } else if (parts_.estimator.depth.estimator != EstimatorKind::pose) {
+    diagnosis_.emplace(parts_.ids.size(), parts_.declaredNoise,
+                       parts_.pixelNoise_px / parts_.camera.focal_px(), parts_.prior,
+                       parts_.estimator.depth.range());
+  }
   for (const int id : parts_.ids) estimator_->setPrior(id, parts_.prior);
 }
 
@@ -30,7 +36,7 @@ FrameRecord ImageObserver::observe(const Input& input) {
   noteCoverage(input.time_s, coverage);
   const bool isUsed =
       input.isMotionKnown && coverage != Coverage::afterEnd && coverage != Coverage::reversed;
-  if (isUsed) correct(points);
+  if (isUsed) correct(input.time_s, points);
   if (const auto news = frameRate_.watch(*estimator_)) {
     events_.push_back({input.time_s, *news});
   }
@@ -40,7 +46,8 @@ FrameRecord ImageObserver::observe(const Input& input) {
   for (const int id : parts_.ids) {
     DepthEstimate estimate = estimator_->estimate(id);
     if (estimate.status == DepthStatus::unset) continue;
-    if (!isUsed) estimate.status = std::min(estimate.status, DepthStatus::coasting);
+    if (diagnosis_) estimate = diagnosis_->honest(estimate);
+    if (!isUsed && estimate.status != DepthStatus::lost) estimate.status = DepthStatus::coasting;
     const auto point = std::find_if(points.begin(), points.end(),
                                     [id](const TrackedPoint& p) { return p.id == id; });
     const bool isMeasured = isUsed && point != points.end();
@@ -48,6 +55,7 @@ FrameRecord ImageObserver::observe(const Input& input) {
                                              : parts_.camera.toPixel(estimate.x, estimate.y);
     FeatureRecord feature{id, pixel.x(), pixel.y(), isMeasured, estimate};
     feature.Z_true = trueDepth(input, feature, pose);
+    if (diagnosis_) feature.frames_to_5pct = diagnosis_->framesTo5Percent(estimate);
     record.features.push_back(feature);
   }
   const auto [motion, known] = odometry_.motion(lastTime_s_, input.time_s);
@@ -63,8 +71,13 @@ void ImageObserver::readOdometry(double time_s) {
     return row.time_s < time_s || odometry_.motion(time_s, time_s).coverage == Coverage::afterEnd;
   };
   for (; !waiting_.empty() && isNeeded(waiting_.front()); waiting_.pop_front()) {
-    odometry_.push(waiting_.front().time_s, waiting_.front().twist);
+    addOdometry(waiting_.front());
   }
+}
+
+void ImageObserver::addOdometry(const OdometryRow& row) {
+  odometry_.push(row.time_s, row.twist);
+  used_.push_back(row);
 }
 
 std::vector<TrackedPoint> ImageObserver::track(const Input& input) {
@@ -86,14 +99,14 @@ std::optional<TargetPose::Result> ImageObserver::followTarget(
   const CameraPose now{time_s, pose->cMo.inverse()};
   if (lastPose_) {
     const double dt = now.time_s - lastPose_->time_s;
-    odometry_.push(lastPose_->time_s, Motion::fromPoses(lastPose_->wMc, now.wMc, dt).twist());
+    addOdometry({lastPose_->time_s, Motion::fromPoses(lastPose_->wMc, now.wMc, dt).twist()});
     odometry_.holdUntil(now.time_s);
   }
   lastPose_ = now;
   return pose;
 }
 
-void ImageObserver::correct(const std::vector<TrackedPoint>& points) {
+void ImageObserver::correct(double time_s, const std::vector<TrackedPoint>& points) {
   observations_.clear();
   for (const TrackedPoint& point : points) {
     const Eigen::Vector2d s = parts_.camera.normalise(point.u, point.v);
@@ -101,6 +114,17 @@ void ImageObserver::correct(const std::vector<TrackedPoint>& points) {
     observations_.push_back({point.id, {s.x(), s.y(), sigma}});
   }
   estimator_->correct(observations_);
+  if (!diagnosis_) return;
+  if (const auto news = diagnosis_->see(time_s, odometry_, observations_)) {
+    events_.push_back({time_s, *news});
+  }
+}
+
+void ImageObserver::finish(RunLog& log) {
+  log.odometry = std::move(used_);
+  if (diagnosis_) log.diagnosis = diagnosis_->result();
+  log.joint = jointStatesOf(*estimator_);
+  log.frameRate = frameRate_.report();
 }
 
 double ImageObserver::trueDepth(const Input& input, const FeatureRecord& feature,

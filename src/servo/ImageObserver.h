@@ -19,6 +19,7 @@
 #include "depthservo/tracking/TargetPose.h"
 #include "depthservo/visp.h"
 #include "servo/FrameRateMonitor.h"
+#include "servo/SelfDiagnosis.h"
 #include "servo/makeEstimator.h"
 
 namespace depthservo {
@@ -37,6 +38,7 @@ class ImageObserver {
     std::vector<int> ids;        ///< every id that may be found, ascending
     DepthPrior prior;            ///< of every point
     EstimatorSetup estimator;
+    OdometryNoise declaredNoise;            ///< of the odometry, for the diagnosis
     std::unique_ptr<PointTracker> tracker;  ///< none: points come with the input
     std::optional<DotTarget> followed;      ///< its pose tells how the camera moves; none: rows do
     std::size_t odometryCapacity = 1024;    ///< rows kept
@@ -69,14 +71,17 @@ class ImageObserver {
   /// What happened since the last call.
   std::vector<Event> takeEvents() { return std::exchange(events_, {}); }
 
-  const std::optional<FrameRateReport>& frameRate() const { return frameRate_.report(); }
+  /// Adds what is known at the end: odometry used, diagnosis, states of the joint filter, frame
+  /// rate.
+  void finish(RunLog& log);
 
  private:
   void readOdometry(double time_s);
   std::vector<TrackedPoint> track(const Input& input);
   std::optional<TargetPose::Result> followTarget(double time_s,
                                                  const std::vector<TrackedPoint>& points);
-  void correct(const std::vector<TrackedPoint>& points);
+  void addOdometry(const OdometryRow& row);
+  void correct(double time_s, const std::vector<TrackedPoint>& points);
   double trueDepth(const Input& input, const FeatureRecord& feature,
                    const std::optional<TargetPose::Result>& pose) const;
   void noteCoverage(double time_s, Coverage coverage);
@@ -84,10 +89,13 @@ class ImageObserver {
   Parts parts_;
   std::unique_ptr<PointSetEstimator> estimator_;
   FrameRateMonitor frameRate_;
+  std::optional<SelfDiagnosis> diagnosis_;  // none where images would be judged by themselves,
+                                            // nor of a known target, which may move
   std::optional<TargetPose> targetPose_;
   std::optional<CameraPose> lastPose_;
   std::deque<OdometryRow> waiting_;
   MotionBuffer odometry_;
+  std::vector<OdometryRow> used_;  // all rows so far
   std::vector<PointObservation> observations_;
   Coverage coverage_ = Coverage::complete;
   double lastTime_s_ = kUnknown;

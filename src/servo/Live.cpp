@@ -29,6 +29,7 @@ ImageObserver::Parts partsOf(const LiveOptions& options, bool followsTarget) {
   parts.prior = DepthPrior{o.depth.initial};
   if (o.priorSigma_Z) parts.prior.sigma_chi = *o.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
   parts.estimator = {o.depth, noiseOf(o), o.odometryScaleSigma, options.target.target};
+  parts.declaredNoise = o.odometryNoise.value_or(OdometryNoise());
   if (options.rate > 0) parts.estimator.frameRate = options.rate;
   parts.estimator.sigma = o.pixelNoise_px / options.camera.focal_px();
   parts.tracker = makeTracker(options.target);
@@ -186,7 +187,7 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
                      images_.whyEnded().empty() ? "no image" : "no image: " + images_.whyEnded());
   }
   if (options_.keepsLog) keep("last");
-  log.frameRate = observer.frameRate();
+  observer.finish(log);
   if (log.reason.empty()) log.reason = images_.whyEnded();
   if (twists_) {
     const TwistStream::Counts& c = twists_->counts();

@@ -5,6 +5,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "servo/unexcited.h"
+
 namespace depthservo {
 namespace {
 
@@ -69,24 +71,36 @@ Metrics computeMetrics(const RunLog& log) {
     double lastMeasured_s = 0;
   };
   std::map<int, Story> stories;
+  double lastFrame_s = log.frames.front().time_s;
   for (const FrameRecord& frame : log.frames) {
     for (const FeatureRecord& feature : frame.features) {
       if (feature.estimate.status == DepthStatus::unset) continue;
       const auto [found, isNew] = stories.try_emplace(feature.id);
       auto& [point, lastMeasured_s] = found->second;
       if (isNew) lastMeasured_s = frame.time_s;
+      if (!isNew && feature.estimate.status == DepthStatus::unexcited) {
+        point.unexcited_s += frame.time_s - lastFrame_s;
+      }
       point.id = feature.id;
       point.Z = feature.estimate.Z();
       point.sigma_Z = feature.estimate.sigma_Z();
       point.Z_true = feature.Z_true;
       point.relative_error = std::abs(point.Z - point.Z_true) / point.Z_true;
       point.status = feature.estimate.status;
+      point.frames_to_5pct = feature.frames_to_5pct;
+      if (feature.frames_to_5pct == 0 && std::isnan(point.time_to_5pct_s)) {
+        point.time_to_5pct_s = frame.time_s - log.frames.front().time_s;
+      }
       ++(feature.measured ? point.measured_frames : point.hidden_frames);
       if (point.hidden_frames > 0) {
         metrics.max_gap_s = std::max(metrics.max_gap_s, frame.time_s - lastMeasured_s);
       }
       if (feature.measured) lastMeasured_s = frame.time_s;
     }
+    lastFrame_s = frame.time_s;
+  }
+  for (const UnexcitedPeriod& period : unexcitedPeriods(log)) {
+    stories[period.point].point.unexcited_because = period.because;
   }
   for (const auto& [id, story] : stories) {
     metrics.points.push_back(story.point);
@@ -98,16 +112,57 @@ Metrics computeMetrics(const RunLog& log) {
 
 namespace {
 
-nlohmann::ordered_json frameRateJson(const FrameRateReport& report) {
-  nlohmann::ordered_json json{{"ke", report.ke},
-                              {"kappa", report.kappa},
-                              {"kc", nullptr},
-                              {"lowest_fps", report.check.fps},
-                              {"required_fps", report.check.required_fps},
-                              {"true_limit_fps", report.check.true_limit_fps},
-                              {"bound", report.check.bound},
-                              {"verdict", toString(report.check.verdict)},
-                              {"sentence", report.sentence}};
+using Json = nlohmann::ordered_json;
+
+/// "cause" is none without a fault; the message may then still say that sigmas are too large.
+Json toJson(const RunDiagnosis& diagnosis) {
+  using Monitor = ConsistencyMonitor;
+  const Monitor::Diagnosis& latest = diagnosis.latest;
+  const auto cause = diagnosis.isFault() ? latest.cause : Monitor::Cause::none;
+  Json json = {{"cause", Monitor::toString(cause)}};
+  json["message"] = latest.message();
+  if (diagnosis.isFault()) {
+    json["size"] = latest.size;
+    json["unit"] = Monitor::unitOf(cause);
+    json["evidence_sigma"] = latest.evidence;
+    json["first_s"] = diagnosis.first_s;
+    json["named_s"] = diagnosis.named_s;
+  }
+  json["mean_nis"] = latest.meanNis;
+  json["variance_factor"] = diagnosis.varianceFactor;
+  return json;
+}
+
+Json toJson(const JointDepthFilter::Common& state, const char* unit) {
+  return {{"value", state.value},
+          {"sigma", state.sigma},
+          {"unit", unit},
+          {"observed", state.isObserved}};
+}
+
+/// Only what was estimated.
+Json toJson(const JointStates& joint, double focal_px) {
+  Json json = Json::object();
+  if (joint.timeOffset.isEstimated) json["time_offset"] = toJson(joint.timeOffset, "s");
+  const char* const axes[] = {"gyro_bias_x", "gyro_bias_y", "gyro_bias_z"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (joint.gyroBias[i].isEstimated) json[axes[i]] = toJson(joint.gyroBias[i], "rad/s");
+  }
+  if (joint.focal.isEstimated) json["focal"] = toJson(joint.focal, "");
+  json["words"] = joint.sentences(focal_px);
+  return json;
+}
+
+Json frameRateJson(const FrameRateReport& report) {
+  Json json{{"ke", report.ke},
+            {"kappa", report.kappa},
+            {"kc", nullptr},
+            {"lowest_fps", report.check.fps},
+            {"required_fps", report.check.required_fps},
+            {"true_limit_fps", report.check.true_limit_fps},
+            {"bound", report.check.bound},
+            {"verdict", toString(report.check.verdict)},
+            {"sentence", report.sentence}};
   if (report.kc) json["kc"] = *report.kc;
   return json;
 }
@@ -115,7 +170,6 @@ nlohmann::ordered_json frameRateJson(const FrameRateReport& report) {
 }  // namespace
 
 std::string toJson(const RunLog& log) {
-  using Json = nlohmann::ordered_json;
   const Metrics metrics = computeMetrics(log);
   Json points = Json::array();
   for (const PointMetrics& point : metrics.points) {
@@ -125,8 +179,15 @@ std::string toJson(const RunLog& log) {
                       {"Z_true", point.Z_true},
                       {"relative_error", point.relative_error},
                       {"status", toString(point.status)},
+                      {"frames_to_5pct", point.frames_to_5pct},
+                      {"time_to_5pct_s", point.time_to_5pct_s},
                       {"measured_frames", point.measured_frames},
-                      {"hidden_frames", point.hidden_frames}});
+                      {"hidden_frames", point.hidden_frames},
+                      {"unexcited_s", point.unexcited_s},
+                      {"unexcited_because", nullptr}});
+    if (!point.unexcited_because.empty()) {
+      points.back()["unexcited_because"] = point.unexcited_because;
+    }
   }
   Json json = {{"command", log.command}, {"name", log.name}, {"seed", log.seed}};
   if (log.hasOutcome) json["outcome"] = toString(log.outcome);
@@ -140,6 +201,8 @@ std::string toJson(const RunLog& log) {
                      {"all_in_image", metrics.all_in_image},
                      {"final_depth_error_max", metrics.final_depth_error_max},
                      {"coverage_2sigma", metrics.coverage_2sigma}};
+  if (log.diagnosis) json["diagnosis"] = toJson(*log.diagnosis);
+  if (log.joint) json["joint"] = toJson(*log.joint, log.camera.focal_px());
   json["points"] = std::move(points);
   if (log.frameRate) json["frame_rate"] = frameRateJson(*log.frameRate);
   return json.dump(2, ' ', false, Json::error_handler_t::replace);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace depthservo {
 namespace {
@@ -17,59 +18,102 @@ constexpr double kMean_s = 1;          // errors are compared as means over this
 constexpr double kLost_s = 1;          // a feature is lost this long
 constexpr double kDivergence = 3;      // times the first error, and
 constexpr double kDivergence_px = 60;  // at least this much more
+constexpr std::size_t kNeeded = 3;  // points determine the pose of a camera; fewer in the image for
+constexpr double kAway_s = 2;       // this long: it has left the image
 constexpr double kTimeSlack_s = 1e-6;
 
 }  // namespace
 
-OutcomeJudge::OutcomeJudge(const PinholeCamera& camera, double tolerance_px, double Z_min)
-    : camera_(camera), tolerance_px_(tolerance_px), Z_min_(Z_min) {}
+OutcomeJudge::OutcomeJudge(const Scenario& scenario)
+    : camera_(scenario.camera.pinhole()),
+      tolerance_px_(scenario.control.tolerance),
+      Z_min_(scenario.depth.Z_min),
+      wait_s_(scenario.control.hidden_wait),
+      needed_(std::min(kNeeded, scenario.target.points.size())) {}
+
+bool OutcomeJudge::Since::lasts(double duration_s, double time_s) const {
+  return time_s - begin_s_ + kTimeSlack_s >= duration_s;
+}
+
+OutcomeJudge::Verdict OutcomeJudge::leftImage(const char* what) const {
+  return {Outcome::leftImage, fmt::format("dot {} left the image at ({:.0f}, {:.0f}) px {}",
+                                          *outside_, outsideAt_.u, outsideAt_.v, what)};
+}
 
 std::optional<OutcomeJudge::Verdict> OutcomeJudge::atExposure(
-    const std::vector<World::TruePoint>& truth) const {
+    double time_s, const std::vector<World::TruePoint>& truth) {
+  std::size_t inside = 0;
+  std::optional<std::size_t> outside;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (truth[i].Z < Z_min_) {
       return Verdict{Outcome::collision, fmt::format("the camera came within {:.3g} m of dot {}",
                                                      std::max(truth[i].Z, 0.0), i)};
     }
-    if (!camera_.contains(truth[i].u, truth[i].v)) {
-      return Verdict{Outcome::leftImage, fmt::format("dot {} left the image at ({:.0f}, {:.0f}) px",
-                                                     i, truth[i].u, truth[i].v)};
-    }
+    const bool isInside = camera_.contains(truth[i].u, truth[i].v);
+    if (isInside) ++inside;
+    if (!isInside && (!outside || outside_ == i)) outside = i;
   }
-  return std::nullopt;
+  if (outside && outside != outside_) outsideAt_ = truth[*outside];
+  outside_ = outside;
+  away_.update(inside < needed_, time_s);
+  if (!away_.lasts(kAway_s, time_s)) return std::nullopt;
+  return leftImage(
+      fmt::format("and fewer than {} were in it for {:g} s", needed_, kAway_s).c_str());
 }
 
-std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const RunLog& log,
-                                                                bool isTracking) {
+std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const RunLog& log, Basis basis) {
   const FrameRecord& frame = log.frames.back();
-  if (!isTracking) {
-    trackingSince_s_ = kUnknown;
-    if (std::isnan(lostSince_s_)) lostSince_s_ = frame.time_s;
-    if (frame.time_s - lostSince_s_ < kLost_s) return std::nullopt;
+  const double now_s = frame.time_s;
+  tracking_.update(basis == Basis::features, now_s);
+  waiting_.update(basis == Basis::waiting, now_s);
+  lost_.update(basis == Basis::nothing, now_s);
+  if (basis == Basis::nothing) {
+    if (!lost_.lasts(kLost_s, now_s)) return std::nullopt;
+    if (outside_) return leftImage("and could not be predicted any longer");
     return Verdict{Outcome::lost, fmt::format("a feature was lost for {:g} s", kLost_s)};
   }
-  lostSince_s_ = kUnknown;
-  if (std::isnan(trackingSince_s_)) trackingSince_s_ = frame.time_s;
+  if (basis == Basis::waiting) {
+    if (outside_ && waiting_.lasts(kAway_s, now_s)) {
+      return leftImage("and is predicted too vaguely to go on");
+    }
+    if (!waiting_.lasts(wait_s_, now_s)) return std::nullopt;
+    return Verdict{
+        Outcome::lost,
+        fmt::format("points are hidden and predicted too vaguely to go on; waited {:g} s "
+                    "for them (control.hidden_sigma, control.hidden_wait)",
+                    wait_s_)};
+  }
   if (std::isnan(firstError_px_)) firstError_px_ = frame.error_px;
   if (frame.error_px > kDivergence * firstError_px_ + kDivergence_px) {
     return Verdict{Outcome::diverged, fmt::format("the image error grew from {:.1f} to {:.1f} px",
                                                   firstError_px_, frame.error_px)};
   }
 
-  const double tracked_s = frame.time_s - trackingSince_s_ + kTimeSlack_s;
   const double error_px = meanImageError(log, frame.time_s - kHold_s, frame.time_s);
-  if (tracked_s >= kHold_s && error_px < tolerance_px_) {
+  if (tracking_.lasts(kHold_s, now_s) && error_px < tolerance_px_ && isSeen(log)) {
     return Verdict{Outcome::converged,
                    fmt::format("image error {:.2f} px rms over the last {:g} s, "
                                "tolerance {:g} px",
                                error_px, kHold_s, tolerance_px_)};
   }
-  if (tracked_s >= kStall_s && !hasProgress(log)) {
+  if (tracking_.lasts(kStall_s, now_s) && isSeen(log) && !hasProgress(log)) {
     return Verdict{Outcome::stalled,
                    fmt::format("no progress for {:g} s with an image error of {:.1f} px rms",
                                kStall_s, error_px)};
   }
   return std::nullopt;
+}
+
+bool OutcomeJudge::isSeen(const RunLog& log) const {
+  const double begin_s = log.frames.back().time_s - kHold_s - kTimeSlack_s;
+  std::set<int> seen;
+  for (auto frame = log.frames.rbegin(); frame != log.frames.rend(); ++frame) {
+    if (frame->time_s < begin_s) break;
+    for (const FeatureRecord& feature : frame->features) {
+      if (feature.measured) seen.insert(feature.id);
+    }
+  }
+  return seen.size() >= needed_;
 }
 
 bool OutcomeJudge::hasProgress(const RunLog& log) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,29 +13,50 @@ namespace depthservo {
 /// Decides from what truly happens when a run is over, and how it ended.
 class OutcomeJudge {
  public:
-  /// \param tolerance_px rms image error at which the task counts as done
-  /// \param Z_min distance of the camera to a dot that counts as a collision [m]
-  OutcomeJudge(const PinholeCamera& camera, double tolerance_px, double Z_min);
+  explicit OutcomeJudge(const Scenario& scenario);
 
   struct Verdict {
     Outcome outcome;
     std::string reason;
   };
 
-  /// At exposure: whether the dots are where a camera can see them.
-  std::optional<Verdict> atExposure(const std::vector<World::TruePoint>& truth) const;
+  /// At exposure: whether enough dots are where a camera can see them.
+  std::optional<Verdict> atExposure(double time_s, const std::vector<World::TruePoint>& truth);
 
-  /// After the command: progress, from the frames so far. \param isTracking false while a feature
-  /// is lost
-  std::optional<Verdict> afterCommand(const RunLog& log, bool isTracking);
+  /// What the command is based on.
+  enum class Basis {
+    features,  ///< measured, or predicted well enough
+    waiting,   ///< the robot stands still: hidden features are predicted too vaguely
+    nothing,   ///< a feature is lost
+  };
+
+  /// After the command: progress, from the frames so far.
+  std::optional<Verdict> afterCommand(const RunLog& log, Basis basis);
 
  private:
+  /// Something that lasts: since when, or unknown while it does not.
+  class Since {
+   public:
+    void update(bool isSo, double time_s) {
+      if (!isSo) begin_s_ = kUnknown;
+      if (isSo && std::isnan(begin_s_)) begin_s_ = time_s;
+    }
+    bool lasts(double duration_s, double time_s) const;
+
+   private:
+    double begin_s_ = kUnknown;
+  };
   bool hasProgress(const RunLog& log) const;  // over the last kStall_s
+  bool isSeen(const RunLog& log) const;       // enough points, over the last kHold_s
+  Verdict leftImage(const char* what) const;
 
   PinholeCamera camera_;
-  double tolerance_px_, Z_min_;
+  double tolerance_px_, Z_min_, wait_s_;
+  std::size_t needed_;  // points
   double firstError_px_ = kUnknown;
-  double trackingSince_s_ = kUnknown, lostSince_s_ = kUnknown;
+  std::optional<std::size_t> outside_;  // a dot that is not in the image now,
+  World::TruePoint outsideAt_{};        // where it left it
+  Since tracking_, lost_, waiting_, away_;
 };
 
 }  // namespace depthservo

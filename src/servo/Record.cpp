@@ -1,6 +1,7 @@
 #include "depthservo/servo/Record.h"
 
 #include "depthservo/sequence/SequenceWriter.h"
+#include "servo/makeEstimator.h"
 
 namespace depthservo {
 namespace {
@@ -21,6 +22,10 @@ ReplayHints hintsOf(const Scenario& scenario) {
   hints.W_min = depth.gains.W_min;
   hints.k = depth.gains.k;
   hints.k_3 = depth.gains.k_3;
+  if (depth.estimator == EstimatorKind::pose) {
+    hints.ke = observerGain(EstimatorSetup::of(scenario));
+    hints.kappa = depth.pose.kappa;
+  }
   return hints;
 }
 

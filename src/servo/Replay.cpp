@@ -11,6 +11,7 @@
 #include "servo/ImageObserver.h"
 #include "servo/makeEstimator.h"
 #include "servo/makeTracker.h"
+#include "servo/unexcited.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -90,6 +91,8 @@ double frameRate(const Sequence& sequence) {
   return 1 / *middle;
 }
 
+}  // namespace
+
 EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
   EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
                        sequence.target()};
@@ -104,6 +107,8 @@ EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
   }
   return setup;
 }
+
+namespace {
 
 /// One replay under way.
 class Replayer {
@@ -128,7 +133,7 @@ class Replayer {
       for (Event& event : observer_.takeEvents()) log_.events.push_back(std::move(event));
       if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(count));
     }
-    log_.frameRate = observer_.frameRate();
+    observer_.finish(log_);
     return std::move(log_);
   }
 
@@ -143,6 +148,7 @@ class Replayer {
       parts.prior.sigma_chi = *options.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
     }
     parts.estimator = setupOf(sequence_, options);
+    parts.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
     if (trackerKind_ == ReplayTracker::dots) parts.tracker = makeTracker(targetOf(sequence_));
     if (motionKind_ == ReplayMotion::target) parts.followed = sequence_.target();
     parts.odometryCapacity = std::max(
@@ -249,13 +255,17 @@ ReplayOptions ReplayOptions::of(const ReplayHints& hints, const std::string& fil
   options.depth.gains.settling = hints.settling.value_or(options.depth.gains.settling);
   options.depth.gains.W_min = hints.W_min.value_or(options.depth.gains.W_min);
   options.depth.gains.k = hints.k;
+  options.depth.pose.ke = hints.ke;
+  options.depth.pose.kappa = hints.kappa.value_or(options.depth.pose.kappa);
   options.depth.gains.k_3 = hints.k_3;
   return options;
 }
 
 RunLog replay(const Sequence& sequence, const ReplayOptions& options,
               const std::function<void(double)>& progress) {
-  return Replayer(sequence, options).run(progress);
+  RunLog log = Replayer(sequence, options).run(progress);
+  addUnexcitedEvents(log);
+  return log;
 }
 
 }  // namespace depthservo

@@ -245,6 +245,15 @@ Verdict verdictOf(const Json& run) {
   return verdict;
 }
 
+/// What images and odometry disagree about, if anything.
+std::string diagnosisElement(const Json& run) {
+  if (!run.contains("diagnosis")) return "";
+  const Json& diagnosis = run.at("diagnosis");
+  if (diagnosis.at("cause") == "none") return "";
+  return fmt::format(R"(<p class="diagnosis"><b>Self-diagnosis</b> {}</p>)",
+                     html::escaped(diagnosis.at("message").get<std::string>()));
+}
+
 std::string reportPage(const fs::path& folder, const Json& run) {
   const auto text = [&](const char* key) { return html::escaped(run.at(key).get<std::string>()); };
   const Verdict verdict = verdictOf(run);
@@ -254,14 +263,15 @@ std::string reportPage(const fs::path& folder, const Json& run) {
               html::escaped(capitalised(run.at("frame_rate").at("sentence").get<std::string>()));
   }
   const std::string command = text("command"), name = text("name"),
-                    sentence = html::escaped(verdict.sentence), images = imageElements(folder),
-                    data = pageData(run, folder);
+                    sentence = html::escaped(verdict.sentence), diagnosis = diagnosisElement(run),
+                    images = imageElements(folder), data = pageData(run, folder);
   const EmbeddedReport& report = embeddedReport();
   return html::filled(report.page, {{"command", command},
                                     {"name", name},
                                     {"reason", reason},
                                     {"mood", verdict.mood},
                                     {"verdict", sentence},
+                                    {"diagnosis", diagnosis},
                                     {"images", images},
                                     {"data", data},
                                     {"style", report.style},

@@ -66,10 +66,11 @@ std::string featuresCsv(const RunLog& log) {
       if (feature.estimate.status == DepthStatus::unset) continue;
       const DepthEstimate estimate = reportable(feature.estimate);
       const auto [Z_low, Z_high] = estimate.interval();
-      csv += fmt::format("{:.9f},{},{},{},{:d},{},{},{},{},{},{},{}\n", frame.time_s, feature.id,
+      csv += fmt::format("{:.9f},{},{},{},{:d},{},{},{},{},{},{},{},{}\n", frame.time_s, feature.id,
                          cell(feature.u), cell(feature.v), feature.measured, cell(estimate.Z()),
                          cell(estimate.sigma_Z()), toString(estimate.status), cell(feature.Z_true),
-                         cell(Z_low), cell(Z_high), cell(estimate.excitation));
+                         cell(Z_low), cell(Z_high), cell(estimate.excitation),
+                         cell(feature.frames_to_5pct));
     }
   }
   return csv;

@@ -1,5 +1,7 @@
 #include "depthservo/servo/RunLog.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace depthservo {
@@ -22,6 +24,42 @@ const char* toString(Outcome outcome) {
       return "timeout";
   }
   return "";
+}
+
+std::vector<std::string> JointStates::sentences(double focal_px) const {
+  std::vector<std::string> all;
+  if (timeOffset.isEstimated) {
+    all.push_back(timeOffset.isObserved
+                      ? fmt::format("images are {:.1f} +- {:.1f} ms late against the odometry",
+                                    1e3 * timeOffset.value, 2e3 * timeOffset.sigma)
+                      : "how late the images are is not known: the velocity changes too little");
+  }
+  if (gyroBias[0].isEstimated) {
+    std::string bias, unknown;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::string axis(1, "xyz"[i]);
+      if (gyroBias[i].isObserved) {
+        bias += fmt::format("{}{} {:.4f} +- {:.4f}", bias.empty() ? "" : ", ", axis,
+                            gyroBias[i].value, 2 * gyroBias[i].sigma);
+      } else {
+        unknown += (unknown.empty() ? "" : ", ") + axis;
+      }
+    }
+    if (!bias.empty()) all.push_back("gyro bias [rad/s]: " + bias);
+    if (!unknown.empty()) {
+      all.push_back("gyro bias about " + unknown + " is not known: this motion does not show it");
+    }
+  }
+  if (focal.isEstimated) {
+    all.push_back(focal.isObserved
+                      ? fmt::format("focal length {:.2f} +- {:.2f} px, {:+.2f} % of the given one",
+                                    focal.value * focal_px, 2 * focal.sigma * focal_px,
+                                    100 * (focal.value - 1))
+                      : fmt::format("focal length is not known: this motion does not show it "
+                                    "(+- {:.1f} %); turn about two axes while moving sideways",
+                                    200 * focal.sigma));
+  }
+  return all;
 }
 
 double meanImageError(const RunLog& log, double from_s, double to_s) {

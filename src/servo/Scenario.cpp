@@ -39,10 +39,12 @@ const std::vector<Choice<EstimatorKind>>& estimators() {
 }
 
 const std::vector<Choice<RobotKind>>& robots() {
-  static const std::vector<Choice<RobotKind>> all = {{RobotKind::unicycle, "unicycle"},
-                                                     {RobotKind::panUnicycle, "pan-unicycle"},
-                                                     {RobotKind::omni, "omni"},
-                                                     {RobotKind::free, "free"}};
+  static const std::vector<Choice<RobotKind>> all = {
+      {RobotKind::unicycle, "unicycle"},
+      {RobotKind::panUnicycle, "pan-unicycle"},
+      {RobotKind::omni, "omni"},
+      {RobotKind::mobileManipulator, "mobile-manipulator"},
+      {RobotKind::free, "free"}};
   return all;
 }
 
@@ -53,8 +55,16 @@ const std::vector<Choice<TargetKind>>& targets() {
 }
 
 const std::vector<Choice<Law>>& laws() {
-  static const std::vector<Choice<Law>> all = {
-      {Law::vpServo, "vpServo"}, {Law::task, "task"}, {Law::profile, "profile"}};
+  static const std::vector<Choice<Law>> all = {{Law::vpServo, "vpServo"},
+                                               {Law::task, "task"},
+                                               {Law::profile, "profile"},
+                                               {Law::regulation, "regulation"}};
+  return all;
+}
+
+const std::vector<Choice<FeatureKind>>& featureKinds() {
+  static const std::vector<Choice<FeatureKind>> all = {{FeatureKind::points, "points"},
+                                                       {FeatureKind::moments, "moments"}};
   return all;
 }
 
@@ -151,6 +161,7 @@ void describe(Fields& f, Scenario::RobotPose& pose, RobotKind robot) {
   f.number("y", pose.y, kPosition, "m", onFloor);
   f.number("theta", pose.theta, kAngle, "rad", onFloor);
   f.number("pan", pose.pan, kAngle, "rad");
+  f.numbers("joints", pose.joints, kAngle, "rad");
   describe(f, pose.camera, isFree ? Need::required : Need::optional);
 }
 
@@ -159,6 +170,12 @@ void describe(Fields& f, Scenario::Robot& robot) {
   f.numbers("camera_offset", robot.camera_offset, {-10, 10}, "m");
   f.number("camera_yaw", robot.camera_yaw, kAngle, "rad");
   f.number("pan_axis", robot.pan_axis, {-10, 10}, "m");
+  f.section("arm", Need::optional, [&](Fields& arm) {
+    arm.numbers("mount", robot.arm.mount, {-10, 10}, "m");
+    arm.number("column", robot.arm.column, {0, 10}, "m");
+    arm.number("upper_arm", robot.arm.upperArm, {0, 10}, "m");
+    arm.number("forearm", robot.arm.forearm, {0, 10}, "m");
+  });
   f.section("initial", Need::required,
             [&](Fields& pose) { describe(pose, robot.initial, robot.type); });
   f.section("goal", robot.goal,
@@ -169,6 +186,7 @@ void describe(Fields& f, Scenario::Robot& robot) {
     limits.number("dv", robot.limits.dv, Range::above(0, 1000), "m/s^2");
     limits.number("dw", robot.limits.dw, Range::above(0, 1000), "rad/s^2");
     limits.number("pan", robot.limits.pan, Range::above(0, 20), "rad/s");
+    limits.number("joints", robot.limits.joints, Range::above(0, 20), "rad/s");
     limits.number("pan_min", robot.limits.pan_min, {-100, 100}, "rad");
     limits.number("pan_max", robot.limits.pan_max, {-100, 100}, "rad");
   });
@@ -212,6 +230,7 @@ void describe(Fields& f, Scenario::Depth& depth) {
   f.number("initial", depth.initial, kDepth, "m", Need::required);
   f.number("Z_min", depth.Z_min, kDepth, "m");
   f.number("Z_max", depth.Z_max, kDepth, "m");
+  f.flag("object", depth.object);
   f.section("gains", Need::optional, [&](Fields& gains) {
     gains.number("settling", depth.gains.settling, Range::above(0, 1000), "s");
     gains.number("W_min", depth.gains.W_min, Range::above(0, 10), "m/s");
@@ -221,19 +240,25 @@ void describe(Fields& f, Scenario::Depth& depth) {
   f.section("pose", Need::optional, [&](Fields& pose) {
     pose.number("ke", depth.pose.ke, Range::above(0, 1000), "1/s");
     pose.number("kappa", depth.pose.kappa, Range::above(0, 100), "m/s, rad/s");
+    pose.flag("guard", depth.pose.guard);
   });
 }
 
 void describe(Fields& f, Scenario::Control& control) {
-  f.onlyChoice("features", {"points", "moments"});
+  f.choice("features", control.features, featureKinds());
+  f.number("size_weight", control.size_weight, Range::above(0, 1000), "");
   f.number("gain", control.gain, Range::above(0, 100), "1/s");
   f.number("tolerance", control.tolerance, Range::above(0, 1000), "px");
   f.choice<Scenario::Interaction>("interaction", control.interaction,
                                   {{Scenario::Interaction::current, "current"},
                                    {Scenario::Interaction::mean, "mean"},
                                    {Scenario::Interaction::desired, "desired"}});
+  f.number("hidden_sigma", control.hidden_sigma, Range::above(0, 1e5), "px");
+  f.number("hidden_wait", control.hidden_wait, {0, 3600}, "s");
   f.choice("law", control.law, laws());
   describe(f, "profile", control.profile, {-20, 20});
+  f.number("kc", control.kc, Range::above(0, 1000), "1/s");
+  f.flag("coupled", control.coupled);
   f.rows("desired", control.desired, {-1e5, 1e5}, "px");
 }
 
@@ -625,17 +650,46 @@ void checkRobot(const Scenario& s, const Refuse& refuse) {
     if (robot.type != RobotKind::panUnicycle && pose->pan != 0) {
       refuse(key, "pan is for robot.type pan-unicycle");
     }
+    if (robot.type != RobotKind::mobileManipulator && !pose->joints.isZero()) {
+      refuse(key, "joints are for robot.type mobile-manipulator");
+    }
+  }
+  if (robot.type == RobotKind::mobileManipulator && !robot.camera_offset.isZero()) {
+    refuse("robot.camera_offset", "the camera of a mobile-manipulator is at the tip of its arm");
   }
   if (robot.limits.pan_min > robot.limits.pan_max) {
     refuse("robot.limits.pan_min", fmt::format("{} rad is above pan_max = {} rad",
                                                robot.limits.pan_min, robot.limits.pan_max));
   }
-  if (s.control.law == Law::task && robot.type == RobotKind::unicycle) {
+  if (s.control.law == Law::task &&
+      (robot.type == RobotKind::unicycle || robot.type == RobotKind::mobileManipulator)) {
     refuse("control.law",
            "task needs a robot that can move the camera at will: pan-unicycle, omni or free");
   }
   if (s.control.law == Law::task && robot.type == RobotKind::panUnicycle && robot.pan_axis == 0) {
     refuse("robot.pan_axis", "the task law needs a pan axis that is not above the wheel axle");
+  }
+  if (s.control.law == Law::regulation) {
+    if (s.depth.estimator != EstimatorKind::pose) {
+      refuse("control.law",
+             "regulation steers by the pose of the target: needs depth.estimator: pose");
+    }
+    if (!s.robot.goal) refuse("control.law", "regulation needs a desired pose: give robot.goal");
+    if (robot.type != RobotKind::omni && !isFree) {
+      refuse("control.law", "regulation needs a robot.type omni or free");
+    }
+  }
+  if (s.control.coupled && s.control.law != Law::regulation) {
+    refuse("control.coupled", "needs control.law: regulation");
+  }
+  if (s.control.features == FeatureKind::moments) {
+    if (s.control.law != Law::vpServo) {
+      refuse("control.features", "moments need control.law: vpServo");
+    }
+    if (s.target.points.size() < 3) {
+      refuse("control.features", fmt::format("moments need 3 points or more, the target has {}",
+                                             s.target.points.size()));
+    }
   }
   if ((s.control.law == Law::profile) == s.control.profile.empty()) {
     refuse("control.profile",
@@ -751,6 +805,10 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
   if (depth.estimator == EstimatorKind::pose) {
     if (const auto why = whyNoTarget(points))
       refuse("target.points", fmt::format("depth.estimator: pose needs more: {}", *why));
+  }
+  if (depth.object && depth.estimator != EstimatorKind::nonlinear) {
+    refuse("depth.object",
+           fmt::format("needs depth.estimator: nonlinear, not {}", toString(depth.estimator)));
   }
   if (depth.gains.k.has_value() != depth.gains.k_3.has_value()) {
     refuse("depth.gains", "k and k_3 go together; give both, or settling and W_min");

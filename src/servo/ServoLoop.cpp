@@ -14,11 +14,14 @@
 #include "depthservo/tracking/DotTracker.h"
 #include "servo/CameraClock.h"
 #include "servo/ControlLaw.h"
+#include "servo/FrameRateMonitor.h"
 #include "servo/OutcomeJudge.h"
+#include "servo/SelfDiagnosis.h"
 #include "servo/TagSizeMonitor.h"
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
 #include "servo/makeEstimator.h"
+#include "servo/unexcited.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -27,7 +30,7 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
-/// After losing the points the command fades out within this time [s].
+/// The command fades from full speed to a stop, or back, within this time [s].
 constexpr double kRamp_s = 0.5;
 
 /// Sigma of a depth that is told [m]: as good as exact.
@@ -64,6 +67,21 @@ ServoGoal goalOf(const Scenario& scenario, const World& world) {
   return goal;
 }
 
+EstimatorSetup setupOf(const Scenario& s, const World& world) {
+  EstimatorSetup setup = EstimatorSetup::of(s);
+  if (s.control.coupled) setup.coupledGoal = world.cdMo();
+  return setup;
+}
+
+std::optional<double> coupledGain(const Scenario& s) {
+  return s.control.coupled ? std::optional(s.control.kc) : std::nullopt;
+}
+
+/// When the target stops for good [s].
+double endOfMotion(const Scenario::Target& target) {
+  return target.twist.empty() ? 0 : target.twist.back().until;
+}
+
 /// Seconds of wall clock since the last call.
 class Stopwatch {
  public:
@@ -96,11 +114,15 @@ struct ServoLoop::Parts {
         clock(s.camera, s.seed),
         world(s),
         odometry(4096, 1 / s.odometry.rate),
-        features(*makeEstimator(
-                     {s.depth, s.odometry.declaredNoise(), s.odometry.scale_sigma, s.target.dots()},
-                     s.target.points.size()),
-                 s.target.points.size()),
-        judge(camera, s.control.tolerance, s.depth.Z_min) {}
+        features(*makeEstimator(setupOf(s, world), s.target.points.size()), s.target.points.size()),
+        frameRate(setupOf(s, world), coupledGain(s)),
+        judge(s) {
+    if (s.depth.estimator != EstimatorKind::pose) {
+      diagnosis.emplace(s.target.points.size(), s.odometry.declaredNoise(),
+                        s.sensing.assumedNoise_px() / camera.focal_px(),
+                        DepthPrior{s.depth.initial}, s.depth.range());
+    }
+  }
 
   Scenario scenario;
   PinholeCamera camera;
@@ -116,11 +138,15 @@ struct ServoLoop::Parts {
   MotionBuffer odometry;
 
   FeaturePointGroup features;
+  FrameRateMonitor frameRate;
+  std::optional<SelfDiagnosis> diagnosis;  // none of a known target, which may move
+  std::vector<PointObservation> observations;
   std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
 
-  Eigen::VectorXd lastCommand;  // while tracking
-  double lastTracked_s = 0;
-  bool isTracking = false;
+  Eigen::VectorXd lastCommand;  // while tracking, at full speed
+  double lastControl_s = kUnknown;
+  double speed = 1;  // share of the command that is given
+  OutcomeJudge::Basis basis = OutcomeJudge::Basis::nothing;
   std::vector<bool> wasMeasured;
   OutcomeJudge judge;
   RunLog log;
@@ -193,7 +219,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
       drive(next);
       if (!p.clock.isDropped()) look(next);
       p.clock.advance();
-      verdict = p.judge.atExposure(p.world.truth());
+      verdict = p.judge.atExposure(next, p.world.truth());
     } else {
       drive(fileTime(arrival));
       const Exposure exposure = std::move(p.underway.front());
@@ -206,15 +232,21 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
         watcher->onFrame(
             {frame, hasImage ? &exposure.image : nullptr, p.log, p.world.odometry(), exposure.wMc});
       }
-      if (p.law->usesFeatures()) verdict = p.judge.afterCommand(p.log, p.isTracking);
+      if (p.law->usesFeatures()) verdict = p.judge.afterCommand(p.log, p.basis);
+      const bool isOver = p.world.time() >= endOfMotion(scenario.target);
+      if (verdict && verdict->outcome != Outcome::lost && !isOver) verdict.reset();
       if (!frame.command.allFinite()) {
         verdict = {Outcome::diverged, "the control law gave a command that is not finite"};
       }
     }
   }
+  if (p.diagnosis) p.log.diagnosis = p.diagnosis->result();
+  p.log.joint = jointStatesOf(p.features.estimator());
   p.log.hasOutcome = true;
   p.log.outcome = verdict->outcome;
   p.log.reason = verdict->reason;
+  p.log.frameRate = p.frameRate.report();
+  addUnexcitedEvents(p.log);
   return std::move(p.log);
 }
 
@@ -222,7 +254,8 @@ void ServoLoop::drive(double until_s) {
   Parts& p = *parts_;
   p.world.advanceTo(until_s, [&] {
     if (p.log.frames.empty() && p.law->usesFeatures()) return;  // nothing is known yet
-    if (!p.isTracking && p.law->usesFeatures()) return;         // the command fades out
+    const bool isSteered = p.basis == OutcomeJudge::Basis::features && p.speed == 1;
+    if (!isSteered && p.law->usesFeatures()) return;  // the command fades
     readOdometry();
     const auto command = p.law->between({p.world.robot(), p.odometry, p.world.time()});
     if (command) p.world.setCommand(*command);
@@ -277,8 +310,11 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
                 : exposure.measured;
   p.log.timings[1].second.push_back(watch.lap());
 
+  p.observations.clear();
+  const double sigma = p.scenario.sensing.assumedNoise_px() / p.camera.focal_px();
   for (const TrackedPoint& point : points) {
     const Eigen::Vector2d s = p.camera.normalise(point.u, point.v);
+    p.observations.push_back({point.id, {s.x(), s.y(), sigma}});
     p.features[static_cast<std::size_t>(point.id)].set_x(s.x());
     p.features[static_cast<std::size_t>(point.id)].set_y(s.y());
   }
@@ -295,10 +331,16 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
     p.log.tags = p.tags->results();
   }
   p.log.timings[2].second.push_back(watch.lap());
+  if (const auto news = p.frameRate.watch(estimator)) note(exposure.time_s, *news);
+  if (p.diagnosis) {
+    const auto news = p.diagnosis->see(exposure.time_s, p.odometry, p.observations);
+    if (news) note(exposure.time_s, *news);
+  }
 
   for (std::size_t i = 0; i < p.features.size(); ++i) {
-    const DepthEstimate estimate = estimator.estimate(p.ids[i]);
+    DepthEstimate estimate = estimator.estimate(p.ids[i]);
     if (estimate.status == DepthStatus::unset) continue;
+    if (p.diagnosis) estimate = p.diagnosis->honest(estimate);
     const auto point = std::find_if(points.begin(), points.end(), [&](const TrackedPoint& found) {
       return found.id == p.ids[i];
     });
@@ -308,6 +350,9 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
     const World::TruePoint& truth = exposure.truth[i];
     record.features.push_back(
         {p.ids[i], pixel.x(), pixel.y(), isMeasured, estimate, truth.Z, truth.u, truth.v});
+    if (p.diagnosis) {
+      record.features.back().frames_to_5pct = p.diagnosis->framesTo5Percent(estimate);
+    }
     if (isMeasured != p.wasMeasured[i]) {
       note(exposure.time_s, fmt::format("{} {} {}", p.tags ? "corner" : "dot", i,
                                         isMeasured ? "seen again" : "hidden"));
@@ -319,23 +364,17 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
 Eigen::VectorXd ServoLoop::control(FrameRecord& record) {
   Parts& p = *parts_;
   Stopwatch watch;
-  const bool wasTracking = p.isTracking;
-  p.isTracking = true;
-  double squared_px = 0;
-  for (std::size_t i = 0; i < p.features.size(); ++i) {
-    const DepthStatus status = p.features[i].estimate().status;
-    if (status == DepthStatus::unset || status == DepthStatus::lost) p.isTracking = false;
-    if (p.log.goals.empty()) continue;
-    const Eigen::Vector2d pixel = p.camera.toPixel(p.features[i].get_x(), p.features[i].get_y());
-    squared_px += (pixel - p.log.goals[i]).squaredNorm();
+  const double wanted = p.law->usesFeatures() ? wantedSpeed() : 1;
+  setBasis(record.time_s, wanted);
+  const double elapsed_s = std::isnan(p.lastControl_s) ? 0 : record.time_s - p.lastControl_s;
+  p.lastControl_s = record.time_s;
+  p.speed = std::clamp(wanted, p.speed - elapsed_s / kRamp_s, p.speed + elapsed_s / kRamp_s);
+  if (p.basis == OutcomeJudge::Basis::nothing && p.law->usesFeatures()) {
+    return p.lastCommand * p.speed;
   }
-  if (!p.isTracking && p.law->usesFeatures()) {
-    if (wasTracking) note(record.time_s, "lost: the command fades out");
-    const double fade = 1 - (record.time_s - p.lastTracked_s) / kRamp_s;
-    return p.lastCommand * std::max(0.0, fade);
-  }
-  if (!p.log.goals.empty() && p.isTracking) {
-    record.error_px = std::sqrt(squared_px / static_cast<double>(p.features.size()));
+
+  if (!p.log.goals.empty() && p.basis != OutcomeJudge::Basis::nothing) {
+    record.error_px = imageError();
   }
   Eigen::VectorXd command = Eigen::VectorXd::Constant(p.lastCommand.size(), kUnknown);
   try {
@@ -343,10 +382,48 @@ Eigen::VectorXd ServoLoop::control(FrameRecord& record) {
   } catch (const vpException& error) {
     note(record.time_s, std::string("no command: ") + error.getMessage());
   }
-  p.lastTracked_s = record.time_s;
   p.lastCommand = command;
   p.log.timings[3].second.push_back(watch.lap());
-  return command;
+  return command * p.speed;
+}
+
+double ServoLoop::wantedSpeed() const {
+  const Parts& p = *parts_;
+  double sigma_px = 0;
+  for (std::size_t i = 0; i < p.features.size(); ++i) {
+    const DepthEstimate& estimate = p.features[i].estimate();
+    if (estimate.status == DepthStatus::unset || estimate.status == DepthStatus::lost) return 0;
+    if (!p.wasMeasured[i]) {
+      sigma_px = std::max(sigma_px, estimate.sigma_xy * p.camera.focal_px());
+    }
+  }
+  return std::clamp(2 - 2 * sigma_px / p.scenario.control.hidden_sigma, 0.0, 1.0);
+}
+
+void ServoLoop::setBasis(double time_s, double wanted) {
+  using Basis = OutcomeJudge::Basis;
+  Parts& p = *parts_;
+  const Basis before = p.basis;
+  const bool isLost = std::any_of(p.ids.begin(), p.ids.end(), [&](int id) {
+    const DepthStatus status = p.features[static_cast<std::size_t>(id)].estimate().status;
+    return status == DepthStatus::unset || status == DepthStatus::lost;
+  });
+  p.basis = isLost ? Basis::nothing : wanted == 0 ? Basis::waiting : Basis::features;
+  if (p.basis == before || !p.law->usesFeatures() || p.log.frames.empty()) return;
+  note(time_s, p.basis == Basis::nothing   ? "lost: the command fades out"
+               : p.basis == Basis::waiting ? "hidden points are predicted too vaguely: the robot "
+                                             "waits"
+                                           : "the servo goes on");
+}
+
+double ServoLoop::imageError() const {
+  const Parts& p = *parts_;
+  double squared_px = 0;
+  for (std::size_t i = 0; i < p.features.size(); ++i) {
+    const Eigen::Vector2d pixel = p.camera.toPixel(p.features[i].get_x(), p.features[i].get_y());
+    squared_px += (pixel - p.log.goals[i]).squaredNorm();
+  }
+  return std::sqrt(squared_px / static_cast<double>(p.features.size()));
 }
 
 void ServoLoop::keep(const vpImage<unsigned char>& image) {

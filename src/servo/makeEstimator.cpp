@@ -1,5 +1,6 @@
 #include "servo/makeEstimator.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -8,6 +9,7 @@
 #include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/depth/JointDepthFilter.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/depth/TwoFrameLeastSquares.h"
 #include "depthservo/depth/WindowDepthEstimator.h"
@@ -42,6 +44,15 @@ double depthNoiseOfOneImage(const std::vector<Eigen::Vector3d>& points, double d
 
 }  // namespace
 
+EstimatorSetup EstimatorSetup::of(const Scenario& s) {
+  EstimatorSetup setup{s.depth, s.odometry.declaredNoise(), s.odometry.scale_sigma,
+                       s.target.dots()};
+  setup.frameRate = s.camera.slowest();
+  setup.sigma = s.sensing.assumedNoise_px() / s.camera.pinhole().focal_px();
+  setup.couplingStep_s = 1 / s.odometry.rate;
+  return setup;
+}
+
 double observerGain(const EstimatorSetup& setup) {
   const Scenario::KnownTarget& pose = setup.depth.pose;
   if (pose.ke) return *pose.ke;
@@ -70,10 +81,16 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
       NonlinearObserverOptions options;
       options.gains = setup.depth.gains.observer();
       options.odometry = setup.odometry;
+      if (setup.depth.object) {
+        return std::make_unique<ObjectDepthObserver>(capacity, options, prior, range);
+      }
       return pointwise(NonlinearDepthObserver(options, range));
     }
-    case EstimatorKind::window:
-      return pointwise(WindowDepthEstimator({}, range));
+    case EstimatorKind::window: {
+      WindowOptions options;
+      options.spacing_s = kWindowSpacing_s;
+      return pointwise(WindowDepthEstimator(options, range));
+    }
     case EstimatorKind::filter:
       return pointwise(InverseDepthFilter(filter, range));
     case EstimatorKind::joint: {
@@ -84,10 +101,22 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
     case EstimatorKind::pose: {
       VisualMotionObserverOptions options;
       options.ke = observerGain(setup);
+      using LostFrames = VisualMotionObserverOptions::LostFrames;
+      options.lostFrames = setup.depth.pose.guard ? LostFrames::guarded : LostFrames::unguarded;
+      options.coupledGoal = setup.coupledGoal;
+      options.couplingStep_s = setup.couplingStep_s;
       return std::make_unique<KnownTargetEstimator>(setup.target.points, options, range);
     }
   }
   throw std::logic_error("not an estimator");
+}
+
+std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator) {
+  const auto* joint = dynamic_cast<const JointDepthFilter*>(&estimator);
+  if (!joint) return std::nullopt;
+  return JointStates{joint->timeOffset(),
+                     {joint->gyroBias(0), joint->gyroBias(1), joint->gyroBias(2)},
+                     joint->focal()};
 }
 
 }  // namespace depthservo

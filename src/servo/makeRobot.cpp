@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "depthservo/robots/FreeCamera.h"
+#include "depthservo/robots/MobileManipulator.h"
 #include "depthservo/robots/OmniBase.h"
 #include "depthservo/robots/PanUnicycle.h"
 #include "depthservo/robots/UnicycleCamera.h"
@@ -38,6 +39,14 @@ std::unique_ptr<CameraRobot> makeRobot(const Scenario::Robot& robot,
       omni->setPose({pose.x, pose.y, pose.theta});
       omni->setLimits({limits.v, limits.v, limits.w});
       return omni;
+    }
+    case RobotKind::mobileManipulator: {
+      auto manipulator = std::make_unique<MobileManipulator>(robot.arm);
+      manipulator->setState({pose.x, pose.y, pose.theta, pose.joints});
+      MobileManipulator::Vector5d velocities;
+      velocities << limits.v, limits.w, Eigen::Vector3d::Constant(limits.joints);
+      manipulator->setLimits(velocities);
+      return manipulator;
     }
     case RobotKind::free: {
       auto camera = std::make_unique<FreeCamera>(pose.camera.isometry());

@@ -365,6 +365,22 @@ TEST(InverseDepthFilter, odometryOfAnyRateGivesTheSameHonestSigma) {
   EXPECT_LT(nees, 1.35);
 }
 
+TEST(DepthForecast, tellsWhenSigmaWouldFallByMoreThanTheShare) {
+  Random random(1);
+  int telling = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const DepthForecast forecast{random.integer(0, 9) ? random.uniform(0, .01) : 0, 4e-4,
+                                 random.uniform(0, 1e-8), random.uniform(0, 1e-8)};
+    const double chi = random.uniform(.1, 3), sigma = chi * random.uniform(0, .2);
+    const double frames = random.uniform(1, 60);
+    const bool expected = forecast.sigma_chiAfter(chi, sigma, frames) < .95 * sigma;
+    ASSERT_EQ(forecast.tells(.05, chi, sigma * sigma, frames), expected) << "case " << i;
+    telling += expected;
+  }
+  EXPECT_GT(telling, 200);
+  EXPECT_LT(telling, 1800);
+}
+
 TEST(DepthForecast, isTheRuleOfThumbAndItsInverse) {
   const DepthForecast forecast{.003, 4e-4, 1e-10, 1e-10};
   const double chi = .5;

@@ -6,8 +6,11 @@
 #include <vector>
 
 #include "depthservo/depth/ConstantDepth.h"
+#include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
+#include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/FeaturePoint.h"
 #include "depthservo/features/FeaturePointGroup.h"
 #include "support/AllocationCounter.h"
@@ -40,6 +43,7 @@ TEST(AllocationCounter, seesThoseOfCxxAndOfViSP) {
 
 TEST(Allocations, noneInPredictAndCorrectOfAnyEstimator) {
   std::vector<std::unique_ptr<DepthEstimator>> estimators;
+  estimators.push_back(std::make_unique<InverseDepthFilter>());
   estimators.push_back(std::make_unique<NonlinearDepthObserver>());
   estimators.push_back(std::make_unique<ConstantDepth>());
   for (const auto& estimator : estimators) {
@@ -57,8 +61,7 @@ TEST(Allocations, noneInPredictAndCorrectOfAnyEstimator) {
   }
 }
 
-TEST(Allocations, noneInAdvanceAndCorrectOfASet) {
-  PointwiseEstimator points(NonlinearDepthObserver(), 4);
+void expectNoAllocations(PointSetEstimator& points) {
   MotionBuffer odometry(256);
   std::vector<PointObservation> seen;
   seen.reserve(5);
@@ -74,6 +77,16 @@ TEST(Allocations, noneInAdvanceAndCorrectOfASet) {
     points.estimate(2, odometry, i * kDt + .01);
   }
   EXPECT_EQ(test::allocations() - before, 0u);
+}
+
+TEST(Allocations, noneInAdvanceAndCorrectOfASet) {
+  PointwiseEstimator points(NonlinearDepthObserver(), 4);
+  expectNoAllocations(points);
+}
+
+TEST(Allocations, noneInAdvanceAndCorrectOfAnObject) {
+  ObjectDepthObserver object(4);
+  expectNoAllocations(object);
 }
 
 TEST(Allocations, noneInObserveOfAFeature) {
@@ -109,6 +122,29 @@ TEST(Allocations, noneInObserveOfAGroup) {
     s.observe(v, i % 301 == 0 ? -1 : kDt);
   }
   EXPECT_EQ(test::allocations() - before, 0u);
+}
+
+TEST(Allocations, noneInUpdateOfMoments) {
+  FeaturePointGroup points(ObjectDepthObserver(4), 4);
+  FeatureMoments s;
+  double sum = 0;
+  const std::size_t before = test::allocations();
+  for (int i = 0; i < kIterations; ++i) {
+    for (int j = 0; j < 4; ++j) points[static_cast<std::size_t>(j)].set_x(measurementAt(i + j).x);
+    s.update(points);
+    sum += s.get_size();
+  }
+  EXPECT_EQ(test::allocations() - before, 0u);
+  EXPECT_TRUE(std::isfinite(sum));
+}
+
+TEST(Allocations, interactionOfMomentsMakesNoMoreThanItsMatrix) {
+  FeatureMoments s;
+  const std::size_t before = test::allocations();
+  s.interaction();
+  const std::size_t ours = test::allocations() - before;
+  vpMatrix(3, 6);
+  EXPECT_LE(ours, test::allocations() - before - ours);
 }
 
 TEST(Allocations, interactionMakesNoMoreThanTheBaseClass) {

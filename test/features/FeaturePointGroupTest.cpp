@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/features/FeaturePointGroup.h"
 #include "support/FourPointScene.h"
@@ -19,7 +19,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 FeaturePointGroup pointwiseGroup(std::size_t n) {
-  return FeaturePointGroup(PointwiseEstimator(NonlinearDepthObserver(), n), n);
+  return FeaturePointGroup(PointwiseEstimator(InverseDepthFilter(), n), n);
 }
 
 Twist twistAt(double t) { return {{.1 * std::cos(t), .05, .08}, {.05, -.1 * std::sin(t), .2}}; }
@@ -63,8 +63,9 @@ TEST(FeaturePointGroup, isTheSameAsItsFeaturesOneByOne) {
     group.observe(vispTwist(twist), kPeriod_s);
     for (FeaturePoint& s : single) s.observe(vispTwist(twist), kPeriod_s);
     for (std::size_t i = 0; i < 3; ++i) {
-      ASSERT_NEAR(group[i].estimate().chi, single[i].estimate().chi, 1e-12) << k << ", point " << i;
-      ASSERT_NEAR(group[i].estimate().sigma_chi, single[i].estimate().sigma_chi, 1e-12);
+      // The group's clock rounds dt to 1e-15 s, which is 1e-13 of its parallax.
+      ASSERT_NEAR(group[i].estimate().chi, single[i].estimate().chi, 1e-11) << k << ", point " << i;
+      ASSERT_NEAR(group[i].estimate().sigma_chi, single[i].estimate().sigma_chi, 1e-11);
       ASSERT_NEAR(group[i].get_x(), single[i].get_x(), 1e-12);
       ASSERT_NEAR(group[i].get_y(), single[i].get_y(), 1e-12);
       ASSERT_NEAR(group[i].get_Z(), single[i].get_Z(), 1e-12);

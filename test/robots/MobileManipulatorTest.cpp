@@ -118,8 +118,8 @@ TEST(MobileManipulator, viSPsMatricesGiveTheSameTwist) {
 }
 
 TEST(MobileManipulator, vpServoDrivesItsFiveInputsToTheGoalImage) {
-  const Eigen::Vector3d landmark[] = {{2, .1, .5}, {2, -.1, .5}, {2, -.1, .3}, {2, .1, .3}};
-  MobileManipulator robot({});
+  const Eigen::Vector3d landmark[] = {{2, .1, .7}, {2, -.1, .7}, {2, -.1, .5}, {2, .1, .5}};
+  MobileManipulator robot({{0.3, 0, 0.2}});  // w and q1' together move the camera sideways
   const auto look = [&](vpFeaturePoint* s) {
     for (int i = 0; i < 4; ++i) {
       const Eigen::Vector3d p = robot.wMc().inverse() * landmark[i];

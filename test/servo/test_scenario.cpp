@@ -136,7 +136,8 @@ TEST_F(ScenarioTest, overrides_are_applied_in_order_and_make_missing_sections) {
 }
 
 TEST_F(ScenarioTest, the_effective_configuration_is_a_scenario_itself) {
-  for (const auto& entry : fs::directory_iterator(shipped(""))) {
+  for (const auto& entry : fs::recursive_directory_iterator(shipped(""))) {
+    if (entry.is_directory()) continue;
     const std::string json = Scenario::load(entry.path()).toJson();
     EXPECT_EQ(load(json).toJson(), json);
   }
@@ -288,8 +289,25 @@ INSTANTIATE_TEST_SUITE_P(
                        {":10: depth.gains", "k_3"}},
         BrokenScenario{"features",
                        kDepth,
-                       kDepth + "control: {features: moments}\n",
-                       {":11: control.features", "not available", "points"}},
+                       kDepth + "control: {features: lines}\n",
+                       {":11: control.features", "expected points or moments"}},
+        BrokenScenario{"moments_without_vpServo",
+                       kDepth,
+                       kDepth + "control: {features: moments, law: profile, "
+                                "profile: [{until: 1, v: [1, 0]}]}\n",
+                       {":11: control.features", "moments need control.law: vpServo"}},
+        BrokenScenario{"one_depth_of_an_estimator_that_has_none",
+                       "initial: 3}",
+                       "initial: 3, object: true}",
+                       {":10: depth.object", "needs depth.estimator: nonlinear, not filter"}},
+        BrokenScenario{"joints_of_a_unicycle",
+                       "theta: 0}\n  goal",
+                       "theta: 0, joints: [0, 1, 0]}\n  goal",
+                       {":8: robot.initial", "joints are for robot.type mobile-manipulator"}},
+        BrokenScenario{"task_law_of_an_arm",
+                       kDepth,
+                       kDepth + "control: {law: task}\n",
+                       {":11: control.law", "pan-unicycle, omni or free"}},
         BrokenScenario{"law",
                        kDepth,
                        kDepth + "control: {law: tusk}\n",

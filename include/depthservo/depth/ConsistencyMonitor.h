@@ -50,6 +50,11 @@ class ConsistencyMonitor {
     noise,         ///< size: mean NIS / 2; above 1: more noise than declared
   };
 
+  /// As printed: none | latency | gyro-bias | focal-length | moving-target | outliers | noise.
+  static const char* toString(Cause cause);
+  /// Unit of the size: "s", "rad/s", "m/s" or "" for ratios.
+  static const char* unitOf(Cause cause);
+
   struct Diagnosis {
     Cause cause = Cause::none;
     double size = 0;      ///< see Cause

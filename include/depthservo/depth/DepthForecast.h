@@ -28,6 +28,15 @@ struct DepthForecast {
   /// sigma_chi [1/m] after `frames` more frames, now being `sigma_chi`.
   double sigma_chiAfter(double chi, double sigma_chi, double frames) const;
 
+  /// Whether `frames` more frames make sigma_chi, whose square is now `variance_chi`, smaller by more
+  /// than this share of it; `sigma_chiAfter` without roots and divisions.
+  bool tells(double share, double chi, double variance_chi, double frames) const {
+    const double needed = 1 / ((1 - share) * (1 - share)) - 1;
+    const double n2 = frames * frames;
+    const double unknown = 12 * sigma * sigma + (variance_t * chi * chi + variance_theta) * n2;
+    return variance_chi * parallax * parallax * n2 * frames > needed * unknown;
+  }
+
   /// Frames until sigma_chi falls below `relative` of chi, now being `sigma_chi`; 0 when it is
   /// already, infinite without parallax or when chi is not positive. With 0.05: frames to 5 %.
   double framesTo(double relative, double chi, double sigma_chi) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "depthservo/depth/DepthEstimator.h"
+#include "depthservo/depth/ObserverStep.h"
 #include "depthservo/depth/OdometryNoise.h"
 
 namespace depthservo {
@@ -89,42 +90,22 @@ class NonlinearDepthObserver : public DepthEstimator {
   DepthEstimate estimate() const override;
 
   /// Windowed excitation J [m^2/s], see window_s.
-  double windowedExcitation() const { return J_; }
+  double windowedExcitation() const { return window_.J(); }
 
  private:
   /// `gone`: behind the camera, or moved beyond all sense; starts anew with its next measurement.
   enum class Phase { unset, measured, coasting, vague, rejected, gone };
 
-  /// Error variances along the line b on the image (l) and of chi (c).
-  struct LineVariance {
-    double ll = 0, lc = 0, cc = 0;
-  };
-  LineVariance predictedVariance() const;
-
-  /// What the discrete poles p_i = exp(s_i Dt), s^2 + k s + wn^2 = 0, ask of the gains. Made anew
-  /// only when Dt or wn^2 change: at a steady frame rate the exponentials, which cost most, stay.
-  struct PoleMatchedGains {
-    double Dt = 0, wn2 = 0;
-    double point = 0;  // 1 - p1 p2
-    double chi = 0;    // (1 - p1)(1 - p2)
-    void match(double k, double squaredFrequency, double duration_s);
-  };
-
-  /// Share of the window that a duration takes up; kept likewise.
-  struct WindowShare {
-    double dt = 0, share = 0;
-    double of(double duration_s, double window_s);
-  };
+  detail::LineVariance predictedVariance() const;
   bool isExcited() const;
 
   Options options_;
   DepthRange range_;
   PointState point_;
   Phase phase_ = Phase::unset;
-  LineVariance variance_;   // at the last correction
-  LineVariance predicted_;  // now
-  PoleMatchedGains gains_;
-  WindowShare windowShare_;
+  detail::LineVariance variance_;   // at the last correction
+  detail::LineVariance predicted_;  // now
+  detail::PoleMatchedGains gains_;
 
   // Since the last correction: time, and derivative of the composed flow by chi.
   double elapsed_s_ = 0;
@@ -132,11 +113,9 @@ class NonlinearDepthObserver : public DepthEstimator {
   double rho_ = 1;               // share that is not noise: the least of its motions
   double odometryVariance_ = 0;  // of one image axis
 
-  double W_ = 0;              // excitation over the last motion [m/s]
-  double J_ = 0;              // windowed W^2 [m^2/s]
-  double windowFilled_ = 0;   // fraction of the window seen so far, 0..1
-  double windowedDecay_ = 0;  // windowed k_3 W^2 / k: decay exponent of the depth error
-  int rejections_ = 0;        // in a row
+  double W_ = 0;  // excitation over the last motion [m/s]
+  detail::ExcitationWindow window_;
+  int rejections_ = 0;  // in a row
 };
 
 }  // namespace depthservo

@@ -19,8 +19,8 @@ enum class ServoDepth { blended, observed };
 ///     depthservo::FeaturePoint s[4];                  // was: vpFeaturePoint s[4];
 ///     ...
 ///     vpFeatureBuilder::create(s[i], cam, dot[i]);    // unchanged
-///     s[i].observe(v, dt);                            // new: twist applied since the previous
-///     image v = task.computeControlLaw();                   // unchanged; uses the observed depth
+///     s[i].observe(v, dt);                            // new: twist since the previous image
+///     v = task.computeControlLaw();                   // unchanged; uses the observed depth
 ///
 /// The twist is the camera's own, in the camera frame, as really applied (after saturation); zero
 /// for the first image. Joint robots: `cameraTwist(cVe, eJe, qdot)`. The target stands still. Until
@@ -38,7 +38,9 @@ enum class ServoDepth { blended, observed };
 /// finite, with Z within the range. One thread per object; copies are independent.
 class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
  public:
-  /// Observes with a NonlinearDepthObserver.
+  /// Observes with an InverseDepthFilter whose options are all at their defaults: odometry measured
+  /// to 1 %, at least 2 mm/s and 1 mrad/s. Give it a filter with your odometry's noise for an honest
+  /// sigma.
   FeaturePoint();
 
   /// Observes with a copy of `estimator`. \param range depths that may reach ViSP [m]
@@ -50,7 +52,8 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
 
   /// Takes the camera twist (6: vx vy vz wx wy wz [m/s, rad/s], camera frame) that was applied for
   /// dt [s] since the previous image, and the x and y set since then. A twist of another size, a
-  /// value that is not finite or dt <= 0 is counted (`refused`) and leaves the estimate as it was.
+  /// value that is not finite or dt <= 0 is counted (`refused`) and leaves the estimate as it was; the
+  /// next measurement then says where the point is, and nothing of its depth.
   /// \rtsafe
   void observe(const DEPTHSERVO_VISP vpColVector& twist, double dt);
 
@@ -107,6 +110,8 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   bool hasNewDepth() const;
   PointMeasurement measurement() const { return {s[0], s[1], sigma_}; }
 
+  void start(const PointMeasurement& at, const DepthPrior& prior);
+
   /// Hands an estimate to ViSP and forgets what was set.
   void publish(const DepthEstimate& estimate);
   void publishDepth(const DepthEstimate& estimate);  // the same, of the depth alone
@@ -121,6 +126,7 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   double Z_desired_ = 0;  // [m]; 0 when unknown
   ServoDepth servoDepthChoice_ = ServoDepth::blended;
   bool desiredIsGiven_ = false;  // by setDesiredDepth
+  bool isAdrift_ = false;        // the camera has moved in a way that nobody told
   bool interactionAsked_ = false, depthUnused_ = false;
   unsigned refused_ = 0;
 };

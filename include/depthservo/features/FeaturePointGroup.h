@@ -11,7 +11,7 @@ namespace depthservo {
 /// Features whose depths are observed together by one PointSetEstimator: its points have the ids
 /// 0..n-1, and feature i is the view of point i that vpServo sees.
 ///
-///     FeaturePointGroup s(PointwiseEstimator(NonlinearDepthObserver(), 4), 4);
+///     FeaturePointGroup s(PointwiseEstimator(InverseDepthFilter(), 4), 4);
 ///     for (int i = 0; i < 4; ++i) task.addFeature(s[i], sd[i]);
 ///     ...
 ///     for (int i = 0; i < 4; ++i) vpFeatureBuilder::create(s[i], cam, dot[i]);

@@ -29,9 +29,10 @@ class MobileManipulator : public CameraRobot {
   using Vector5d = Eigen::Matrix<double, 5, 1>;
   using Jacobian = Eigen::Matrix<double, 6, 5>;
 
-  /// The paper does not give it. The links' default lengths reproduce its figures.
+  /// The paper does not give it. A column above the middle of the axle would make w and q1' the
+  /// same to the camera.
   struct Geometry {
-    Eigen::Vector3d mount = Eigen::Vector3d::Zero();        ///< foot of the column, robot frame [m]
+    Eigen::Vector3d mount{0.1, 0, 0.2};                     ///< foot of the column, robot frame [m]
     double column = 0.30, upperArm = 0.35, forearm = 0.30;  ///< lengths [m]
   };
   struct State {
@@ -50,6 +51,8 @@ class MobileManipulator : public CameraRobot {
 
   Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
+  std::vector<std::string> velocityNames() const override;
+  Eigen::Vector3d floorPose() const override { return {state_.x, state_.y, state_.theta}; }
   Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
   Eigen::Isometry3d wMc() const override { return wMcAt(state_); }
 

@@ -83,6 +83,7 @@ struct ReplayHints {
   std::optional<double> odometry_scale_sigma;     ///< relative, 1 sigma
   std::optional<double> Z_min, Z_max;             ///< [m]
   std::optional<double> settling, W_min, k, k_3;  ///< gains of the nonlinear observer
+  std::optional<double> ke, kappa;  ///< of the known target's observer [1/s], [m/s, rad/s]
 };
 
 /// What is to be tracked, as sequence.yaml tells it.

@@ -15,7 +15,11 @@ struct PointMetrics {
   double Z_true = kUnknown;                 ///< [m]
   double relative_error = kUnknown;         ///< |Z - Z_true| / Z_true [-]
   DepthStatus status = DepthStatus::unset;
+  double frames_to_5pct = kUnknown;  ///< forecast at the end: images until sigma_Z is 5 % of Z
+  double time_to_5pct_s = kUnknown;  ///< when it first was, from the first frame [s]
   std::size_t measured_frames = 0, hidden_frames = 0;
+  double unexcited_s = 0;         ///< time in which the camera's motion told nothing of it
+  std::string unexcited_because;  ///< of the last second or more of that; empty: none so long
 };
 
 /// The figures of a run or a replay. Whatever the log cannot tell is kUnknown.
@@ -36,8 +40,9 @@ struct Metrics {
 
 Metrics computeMetrics(const RunLog& log);
 
-/// One JSON object: command, name, seed, outcome (of a run only), reason, metrics, points. The keys
-/// of the figures are the names of the members above; unknown figures are null.
+/// One JSON object: command, name, seed, outcome (of a run only), reason, metrics, diagnosis, joint
+/// (of the joint filter only), points. The keys of the figures are the names of the members above;
+/// unknown and infinite figures are null.
 std::string toJson(const RunLog& log);
 
 }  // namespace depthservo

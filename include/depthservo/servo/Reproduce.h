@@ -47,7 +47,8 @@ Reproduction reproduceIbuki2023(const ReproduceOptions& options = {});
 Reproduction reproduceDurand2010(const ReproduceOptions& options = {});
 
 /// De Luca, Oriolo, Robuffo Giordano, "Feature Depth Observation for Image-based Visual Servoing:
-/// Theory and Experiments", IJRR 27(10), 2008: depth in the numerical example and under an arm.
+/// Theory and Experiments", IJRR 27(10), 2008: depth in the numerical example, focal length there
+/// and on the unicycle.
 Reproduction reproduceDeLuca2008(const ReproduceOptions& options = {});
 
 /// A paper whose experiments can be run again.

@@ -1,14 +1,18 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "depthservo/depth/DepthEstimate.h"
+#include "depthservo/depth/ConsistencyMonitor.h"
 #include "depthservo/depth/FrameRateConditions.h"
+#include "depthservo/depth/JointDepthFilter.h"
+#include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
 
@@ -29,6 +33,7 @@ struct FeatureRecord {
   DepthEstimate estimate;
   double Z_true = kUnknown;                     ///< [m]
   double u_true = kUnknown, v_true = kUnknown;  ///< where the point really is, seen or not [px]
+  double frames_to_5pct = kUnknown;             ///< forecast; 0: known to 5 %, infinite: never
 };
 
 /// One image and what was done about it.
@@ -47,6 +52,28 @@ struct FrameRecord {
 struct Event {
   double time_s = 0;
   std::string what;  ///< "point 2 hidden"
+};
+
+/// Whether images and odometry agreed with what was declared of them.
+struct RunDiagnosis {
+  ConsistencyMonitor::Diagnosis latest;  ///< the cause that was named longest, as last named
+  double first_s = kUnknown;             ///< when it was named first
+  double named_s = 0;                    ///< for how long in all [s]
+  double varianceFactor = 1;             ///< greatest inflation of reported variances
+
+  /// Innovations smaller than declared are no fault: sigma is too large, that is all.
+  bool isFault() const { return std::isfinite(first_s); }
+};
+
+/// What the joint filter has learnt besides depths.
+struct JointStates {
+  JointDepthFilter::Common timeOffset;               ///< [s], > 0: images are late
+  std::array<JointDepthFilter::Common, 3> gyroBias;  ///< [rad/s]
+  JointDepthFilter::Common focal;                    ///< true / given focal length [-]
+
+  /// A sentence for each that was estimated, with 2 sigma, or why it is not known. \param focal_px
+  /// as given
+  std::vector<std::string> sentences(double focal_px) const;
 };
 
 /// What the observed depths of an AprilTag's corners say of its size.
@@ -77,6 +104,7 @@ struct RunLog {
   std::vector<std::string> commandNames;  ///< "v [m/s]", "w [rad/s]"
   std::vector<FrameRecord> frames;
   std::vector<Event> events;
+  std::vector<OdometryRow> odometry;         ///< as the estimator was told; of a replay
   std::optional<FrameRateReport> frameRate;  ///< with the estimator `pose` only
 
   std::vector<TagRecord> tags;  ///< by index in the target; empty without tags
@@ -84,6 +112,9 @@ struct RunLog {
   bool hasOutcome = false;  ///< a run has one, a replay has not
   Outcome outcome = Outcome::timeout;
   std::string reason;  ///< one sentence: why it ended like this
+
+  std::optional<RunDiagnosis> diagnosis;  ///< none: not judged
+  std::optional<JointStates> joint;       ///< of the joint filter only
 
   /// Gray images worth keeping, by file stem ("first", "last"), row-major 8 bit of the camera's
   /// size.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/robots/MobileManipulator.h"
 #include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/RunLog.h"
 #include "depthservo/servo/VelocityProfile.h"
@@ -25,14 +27,17 @@ const char* toString(EstimatorKind kind);
 /// The estimator of this name, if this version has it; otherwise throws InputError at `place`.
 EstimatorKind availableEstimator(const std::string& name, const InputError::Place& place);
 
-/// Robots that carry the camera: unicycle | pan-unicycle | omni | free.
-enum class RobotKind { unicycle, panUnicycle, omni, free };
+/// Robots that carry the camera: unicycle | pan-unicycle | omni | mobile-manipulator | free.
+enum class RobotKind { unicycle, panUnicycle, omni, mobileManipulator, free };
 
 /// What the camera looks at, and how it is tracked: dots | apriltag.
 enum class TargetKind { dots, apriltag };
 
-/// What computes the command: vpServo | task | profile.
-enum class Law { vpServo, task, profile };
+/// What computes the command: vpServo | task | profile | regulation.
+enum class Law { vpServo, task, profile, regulation };
+
+/// What vpServo steers by: points | moments.
+enum class FeatureKind { points, moments };
 
 /// Everything a closed-loop run needs. A member is the YAML key of the same name, with its default;
 /// units, ranges and effects of all keys stand in doc/formats.md.
@@ -49,6 +54,9 @@ struct Scenario {
     double dropped = 0;               ///< probability that an image gets lost [-]
 
     PinholeCamera pinhole() const { return {width, height, fx, fy, cx, cy}; }
+
+    /// Images per second over the longest interval, if none is dropped [Hz].
+    double slowest() const { return *std::min_element(rate.begin(), rate.end()) / (1 + jitter); }
   };
 
   struct Pose {
@@ -87,10 +95,11 @@ struct Scenario {
 
   /// Where a robot is.
   struct RobotPose {
-    double x = 0, y = 0;  ///< on the floor [m]
-    double theta = 0;     ///< [rad], from world x towards y
-    double pan = 0;       ///< of the pan platform [rad]
-    Pose camera;          ///< of a free camera, wMc
+    double x = 0, y = 0;                               ///< on the floor [m]
+    double theta = 0;                                  ///< [rad], from world x towards y
+    double pan = 0;                                    ///< of the pan platform [rad]
+    Eigen::Vector3d joints = Eigen::Vector3d::Zero();  ///< q1, q2, q3 of the arm [rad]
+    Pose camera;                                       ///< of a free camera, wMc
   };
 
   struct Limits {
@@ -100,6 +109,7 @@ struct Scenario {
     double dw = 2;                         ///< [rad/s^2]
     double pan = 1;                        ///< rate of the pan platform [rad/s]
     double pan_min = -3.2, pan_max = 3.2;  ///< its end stops [rad]
+    double joints = 1;                     ///< rate of each joint of the arm [rad/s]
   };
 
   struct Robot {
@@ -107,6 +117,7 @@ struct Scenario {
     Eigen::Vector3d camera_offset = Eigen::Vector3d::Zero();  ///< robot frame: x forward, z up [m]
     double camera_yaw = 0;                                    ///< optical axis, about robot z [rad]
     double pan_axis = 0.1;  ///< of the pan platform, ahead of the wheel axle [m]
+    MobileManipulator::Geometry arm;
     RobotPose initial;
     std::optional<RobotPose> goal;  ///< this or control.desired
     Limits limits;
@@ -168,12 +179,14 @@ struct Scenario {
   struct KnownTarget {
     std::optional<double> ke;  ///< gain [1/s]; none: designed for the frame rate and `kappa`
     double kappa = 0.1;        ///< how fast the target may move [m/s, rad/s]
+    bool guard = true;         ///< end the correction by an image once it is complete
   };
 
   struct Depth {
     EstimatorKind estimator = EstimatorKind::filter;
     double initial = 1;                ///< first guess for every point [m]
     double Z_min = 0.05, Z_max = 100;  ///< [m]
+    bool object = false;               ///< one depth for all points (nonlinear observer)
     Gains gains;
     KnownTarget pose;
 
@@ -185,9 +198,17 @@ struct Scenario {
   struct Control {
     double gain = 0.57;      ///< lambda [1/s]
     double tolerance = 1.5;  ///< rms image error at which the task is done [px]
+    FeatureKind features = FeatureKind::points;
+    double size_weight = 1;  ///< value of the third moment feature at the goal [-]
     Interaction interaction = Interaction::current;
+    /// Image sigma predicted for a hidden point at which the robot has been slowed down to a stop;
+    /// it goes at full speed up to half of it [px].
+    double hidden_sigma = 20;
+    double hidden_wait = 10;  ///< it stands still for want of points for at most this long [s]
     Law law = Law::vpServo;
     VelocityProfile profile;               ///< of the robot, for the law of this name
+    double kc = 1;                         ///< gain of the law regulation [1/s]
+    bool coupled = false;                  ///< regulation: the coupled law of Ibuki et al. 2023
     std::vector<Eigen::Vector2d> desired;  ///< desired pixels (u, v); empty: seen from robot.goal
   };
 

@@ -35,9 +35,13 @@ class RunWatcher {
 /// Every image: track the points, observe their depths with the odometry since the last one, let
 /// the control law compute the command, drive. What can go wrong becomes a safe command and an
 /// outcome:
+/// - points are hidden, or out of the image: their features are predicted and the servo goes on;
+/// when one is predicted too vaguely the robot slows down to a stop and waits for it, at last in
+/// vain: `lost`, or `left-image` if it is not in the image;
 /// - a feature is lost: the command ramps to zero; after a second the run ends, `lost`;
+/// - fewer than three dots are in the image for two seconds: `left-image`;
 /// - the command is not finite: the robot stops, `diverged`;
-/// - a dot leaves the image: `left-image`; the camera comes closer than Z_min: `collision`;
+/// - the camera comes closer than Z_min: `collision`;
 /// - the robot has all but stopped and the image error, still too large, does not shrink:
 /// `stalled`.
 class ServoLoop {
@@ -60,6 +64,9 @@ class ServoLoop {
   FrameRecord process(const Exposure& exposure);
   void observe(const Exposure& exposure, FrameRecord& record);
   Eigen::VectorXd control(FrameRecord& record);
+  double wantedSpeed() const;  // share of the full command that hidden points allow
+  void setBasis(double time_s, double wanted);
+  double imageError() const;  // [px]
   void keep(const DEPTHSERVO_VISP vpImage<unsigned char>& image);
   void note(double time_s, const std::string& what);
 

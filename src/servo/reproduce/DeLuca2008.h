@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "depthservo/servo/Reproduce.h"
@@ -11,5 +12,21 @@ namespace depthservo::deluca2008 {
 
 /// Section 5.1: depth of a point in the numerical example and under an arm.
 void addDepthExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
+
+/// Sections 5.2 and 7.1: focal length of a turning camera, in the numerical example and on the
+/// unicycle.
+void addFocalExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
+
+/// Empty axes of a figure; labels with units.
+inline Panel axes(const std::string& title, const std::string& xLabel, const std::string& yLabel) {
+  Panel panel;
+  panel.title = title;
+  panel.xLabel = xLabel;
+  panel.yLabel = yLabel;
+  return panel;
+}
+/// Sections 7.2 and 7.3: a unicycle drives to where it sees four points, or their moments, as
+/// desired, from wrong guesses of their depth. `full`: all starts through images too.
+void addServoExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
 
 }  // namespace depthservo::deluca2008

@@ -6,6 +6,7 @@
 
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "servo/reproduce/DeLuca2008.h"
+#include "servo/reproduce/rungeKutta.h"
 
 namespace depthservo::deluca2008 {
 namespace {
@@ -18,16 +19,6 @@ using Vector3 = Eigen::Vector3d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 double square(double a) { return a * a; }
-
-/// Runge-Kutta of order 4 over [t, t + h].
-template <class State, class Derivative>
-State rungeKutta(const Derivative& derivative, double t, const State& x, double h) {
-  const State k1 = derivative(t, x);
-  const State k2 = derivative(t + h / 2, State(x + h / 2 * k1));
-  const State k3 = derivative(t + h / 2, State(x + h / 2 * k2));
-  const State k4 = derivative(t + h, State(x + h * k3));
-  return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
-}
 
 /// The camera's motion in section 5.1.
 Twist twistAt(double t) {
@@ -333,14 +324,6 @@ void gainRows(Rows& rows) {
                 error < 0.006);
 }
 
-Panel panel(const std::string& title, const std::string& xLabel, const std::string& yLabel) {
-  Panel panel;
-  panel.title = title;
-  panel.xLabel = xLabel;
-  panel.yLabel = yLabel;
-  return panel;
-}
-
 Figure depthFigure() {
   Figure figure;
   figure.name = "depth-error";
@@ -366,16 +349,16 @@ Figure depthFigure() {
   const auto continuous = Experiment{}.run(Scheme::continuous, 1000);
   const auto other = Experiment{.5, 1}.run(Scheme::continuous, 1000);
 
-  Panel error = panel("error of chi, continuous observer", "time [s]", "chi - estimate [1/m]");
+  Panel error = axes("error of chi, continuous observer", "time [s]", "chi - estimate [1/m]");
   error.curves.push_back(curve(continuous, "chi(0) = 2, guess 1", chi));
   error.curves.push_back(curve(other, "Z(0) = 2 m, guess 1", chi));
-  Panel image = panel("error in the image, continuous observer", "time [s]", "e [px]");
+  Panel image = axes("error in the image, continuous observer", "time [s]", "e [px]");
   image.curves.push_back(curve(continuous, "e1", [](const Sample& s) { return s.e.x(); }));
   image.curves.push_back(curve(continuous, "e2", [](const Sample& s) { return s.e.y(); }));
 
-  Panel sampled = panel("error of chi at 30 Hz", "time [s]", "chi - estimate [1/m]");
-  sampled.yRange = {-1.5, 1.5};
-  Panel magnitude = panel("the same, magnitude", "time [s]", "|chi - estimate| [1/m]");
+  Panel sampled = axes("error of chi at 30 Hz", "time [s]", "chi - estimate [1/m]");
+  sampled.yRange = {-1.5, 3};
+  Panel magnitude = axes("the same, magnitude", "time [s]", "|chi - estimate| [1/m]");
   magnitude.logY = true;
   magnitude.yRange = {1e-4, 10};
   const auto add = [&](const std::vector<Sample>& samples, const std::string& title, int colour) {

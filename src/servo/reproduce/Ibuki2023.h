@@ -6,6 +6,8 @@
 
 #include "depthservo/depth/PoseRegulation.h"
 #include "depthservo/depth/VisualMotionObserver.h"
+#include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/servo/Reproduce.h"
 
 /// The closed loops of Ibuki et al. 2023, section 7, as pure simulations: camera and target on
 /// SE(3), exact in every sub-step.
@@ -13,8 +15,9 @@ namespace depthservo::ibuki2023 {
 
 /// Where the observer's e_e comes from.
 enum class ErrorSource {
-  truth,  ///< the true pose
-  image   ///< the image points
+  truth,    ///< the true pose
+  image,    ///< the image points
+  rendered  ///< the same, measured in rendered images of dots
 };
 
 enum class Law {
@@ -39,7 +42,9 @@ struct Experiment {
   VisualMotionObserverOptions::LostFrames lostFrames =
       VisualMotionObserverOptions::LostFrames::unguarded;
 
-  double noise_px = 0, focal_px = 800;  ///< of the points, per axis; images only
+  double noise_px = 0;  ///< of the points, per axis; images only
+  PinholeCamera camera{640, 480, 800, 800, 319.5, 239.5};
+  double dotRadius = 0.002;  ///< [m]; rendered images only; larger ones merge as the target turns
   unsigned seed = 1;
   bool comparesPose = false;  ///< whether each image's own pose (vpPose) is computed as well
 };
@@ -67,6 +72,7 @@ struct PoseErrors {
 /// What a simulation gave.
 struct Trace {
   std::vector<Sample> samples;
+  int framesWithAllPoints = 0, framesTaken = 0;
   Vector6d firstError = Vector6d::Zero();  ///< e_e as the first frame had it
   struct FramePoses {
     double time_s = 0;
@@ -92,5 +98,15 @@ Experiment simulationAVariable();
 
 /// Section 7.2 in simulation: planar robot, 18 frames per second.
 Experiment experimentB();
+
+/// The same, seen by a camera. That of simulation A must be wide: the target swings to 70 degrees
+/// off the axis.
+Experiment rendered(Experiment experiment);
+
+/// A frame rate of the sweep, at odometry steps of at most 1/300 s.
+Experiment sweepAt(double fps, Law law);
+
+/// The paper's figures and what goes with them.
+std::vector<Figure> figures(const ReproduceOptions& options);
 
 }  // namespace depthservo::ibuki2023

@@ -3,7 +3,10 @@
 #include <limits>
 #include <random>
 
+#include "depthservo/simulation/SyntheticCamera.h"
+#include "depthservo/tracking/DotTracker.h"
 #include "depthservo/tracking/TargetPose.h"
+#include "servo/expectedPoints.h"
 #include "servo/reproduce/Ibuki2023.h"
 
 namespace depthservo::ibuki2023 {
@@ -49,6 +52,43 @@ VisualMotionObserver observerOf(const Experiment& experiment) {
   options.couplingStep_s = std::numeric_limits<double>::infinity();  // one per odometry step
   return VisualMotionObserver(experiment.points, options, DepthRange{1e-3, 1e3});
 }
+
+/// Images of the target as dots, and a tracker on them.
+class Film {
+ public:
+  explicit Film(const Experiment& experiment)
+      : camera_(experiment.camera, DotTarget{experiment.points, experiment.dotRadius}),
+        tracker_(startsOf(experiment)) {
+    for (std::size_t i = 0; i < experiment.points.size(); ++i) ids_.push_back(static_cast<int>(i));
+  }
+
+  /// The dots found in an image; each is drawn displaced by the noise.
+  const std::vector<TrackedPoint>& take(const Eigen::Isometry3d& cMo,
+                                        const std::vector<Eigen::Vector2d>& noise_px,
+                                        const VisualMotionObserver& observer,
+                                        const MotionBuffer& odometry, double time_s) {
+    SyntheticView view;
+    view.cMo = cMo;
+    view.displacement = noise_px;
+    camera_.render(view, image_);
+    return tracker_.track(image_,
+                          expectedPoints(observer, ids_, odometry, time_s, camera_.camera()));
+  }
+
+ private:
+  std::vector<Eigen::Vector2d> startsOf(const Experiment& experiment) const {
+    std::vector<Eigen::Vector2d> starts;
+    for (std::size_t i = 0; i < experiment.points.size(); ++i) {
+      starts.push_back(*camera_.centre(experiment.cMo, i));
+    }
+    return starts;
+  }
+
+  SyntheticCamera camera_;
+  DotTracker tracker_;
+  std::vector<int> ids_;
+  DEPTHSERVO_VISP vpImage<unsigned char> image_;
+};
 
 }  // namespace
 
@@ -114,31 +154,50 @@ Trace simulate(const Experiment& experiment) {
   regulationOptions.mobility = experiment.mobility;
   const PoseRegulation regulation(experiment.cdMo, regulationOptions);
   MotionBuffer odometry(2);
-  PinholeCamera camera;
-  camera.fx = camera.fy = experiment.focal_px;
+  const PinholeCamera& camera = experiment.camera;
+  std::optional<Film> film;
+  if (experiment.source == ErrorSource::rendered) film.emplace(experiment);
   TargetPose onePose(DotTarget{experiment.points, 0}, camera);
   std::mt19937_64 random(experiment.seed);
   std::normal_distribution<double> gaussian;
-  const double sigma = experiment.noise_px / experiment.focal_px;
-  const auto drawn = [&] { return sigma > 0 ? sigma * gaussian(random) : 0; };
+  const auto drawn_px = [&] {
+    return experiment.noise_px > 0 ? experiment.noise_px * gaussian(random) : 0;
+  };
 
   Trace trace;
   Eigen::Isometry3d cMo = experiment.cMo;
-  std::vector<PointObservation> points(experiment.points.size());
-  std::vector<TrackedPoint> pixels(points.size());
+  const double sigma = experiment.noise_px / camera.focal_px();
+  std::vector<PointObservation> points;
+  std::vector<TrackedPoint> pixels;
   double t = 0;
   observer.advance(odometry, t);
   for (int frame = 0; t < experiment.end_s - kSameTime_s; ++frame) {
     if (experiment.source == ErrorSource::truth) {
       observer.correctPose(cMo);
     } else {
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        const Eigen::Vector3d cP = cMo * experiment.points[i];
-        const double x = cP.x() / cP.z() + drawn(), y = cP.y() / cP.z() + drawn();
-        points[i] = {static_cast<int>(i), {x, y, experiment.noise_px / experiment.focal_px}};
-        const Eigen::Vector2d pixel = camera.toPixel(x, y);
-        pixels[i] = {static_cast<int>(i), pixel.x(), pixel.y(), experiment.noise_px};
+      std::vector<Eigen::Vector2d> noise_px;
+      for (std::size_t i = 0; i < experiment.points.size(); ++i) {
+        const double du = drawn_px();
+        noise_px.emplace_back(du, drawn_px());
       }
+      if (film) {
+        pixels = film->take(cMo, noise_px, observer, odometry, t);
+      } else {
+        pixels.clear();
+        for (std::size_t i = 0; i < experiment.points.size(); ++i) {
+          const Eigen::Vector3d cP = cMo * experiment.points[i];
+          const Eigen::Vector2d pixel =
+              camera.toPixel(cP.x() / cP.z(), cP.y() / cP.z()) + noise_px[i];
+          pixels.push_back({static_cast<int>(i), pixel.x(), pixel.y(), experiment.noise_px});
+        }
+      }
+      points.clear();
+      for (const TrackedPoint& pixel : pixels) {
+        const Eigen::Vector2d s = camera.normalise(pixel.u, pixel.v);
+        points.push_back({pixel.id, {s.x(), s.y(), sigma}});
+      }
+      ++trace.framesTaken;
+      trace.framesWithAllPoints += pixels.size() == experiment.points.size();
       observer.correct(points);
     }
     if (frame == 0) trace.firstError = observer.error();
@@ -198,6 +257,15 @@ Experiment simulationAVariable() {
   return a;
 }
 
+Experiment rendered(Experiment experiment) {
+  experiment.source = ErrorSource::rendered;
+  if (experiment.mobility == Mobility::full) {
+    experiment.camera = {1600, 1600, 250, 250, 799.5, 799.5};
+    experiment.dotRadius = 0.06;
+  }
+  return experiment;
+}
+
 Experiment experimentB() {
   Experiment b;
   b.points = {{-.02, .12, .10}, {.02, .08, .10}, {-.02, .08, .14}, {.02, .12, .14}};
@@ -219,6 +287,13 @@ Experiment experimentB() {
     return {};
   };
   return b;
+}
+
+Experiment sweepAt(double fps, Law law) {
+  Experiment experiment = simulationA(fps);
+  experiment.law = law;
+  experiment.substeps = std::max(5, static_cast<int>(std::lround(300 / fps)));
+  return experiment;
 }
 
 }  // namespace depthservo::ibuki2023

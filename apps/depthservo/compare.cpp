@@ -1,0 +1,189 @@
+#include "depthservo/servo/Compare.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "ProgressBar.h"
+#include "commands.h"
+#include "depthservo/servo/RunFolder.h"
+
+namespace depthservo {
+namespace {
+
+struct CompareArguments {
+  std::string data, out;
+  std::vector<std::string> estimators, overrides;
+  std::optional<double> prior;
+  SequenceOptions source;
+  CompareOptions options;
+  bool json = false;
+};
+
+[[noreturn]] void refuse(const std::string& option, const std::string& message) {
+  throw InputError({option, 0, ""}, message);
+}
+
+class Progress : public RunWatcher {
+ public:
+  explicit Progress(const Scenario& scenario)
+      : duration_s_(scenario.duration), bar_(scenario.name) {}
+  void onFrame(const RunFrame& frame) override { bar_.show(frame.record.time_s / duration_s_); }
+
+ private:
+  double duration_s_;
+  ProgressBar bar_;
+};
+
+Comparison compareScenario(const CompareArguments& arguments) {
+  for (const auto& [option, isGiven] : {std::pair{"--prior", arguments.prior.has_value()},
+                                        {"--camera", !arguments.source.camera.empty()},
+                                        {"--fps", arguments.source.fps > 0}}) {
+    if (isGiven) refuse(option, "is for sequences; in a scenario use --set, e.g. depth.initial=2");
+  }
+  const Scenario scenario = Scenario::load(arguments.data, arguments.overrides);
+  Progress progress(scenario);
+  return compare(scenario, arguments.options, &progress);
+}
+
+Comparison compareSequence(const CompareArguments& arguments) {
+  if (!arguments.overrides.empty()) refuse("--set", "is for scenarios, not for recorded data");
+  const Sequence sequence(arguments.data, arguments.source);
+  for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
+  ReplayOptions options = ReplayOptions::of(sequence);
+  if (arguments.prior) options.depth.initial = *arguments.prior;
+  ProgressBar bar("compare " + sequence.name());
+  return compare(sequence, options, arguments.options, [&](double done) { bar.show(done); });
+}
+
+std::string percent(double share) {
+  if (!std::isfinite(share)) return "-";
+  return 100 * share < 1000 ? fmt::format("{:.3g} %", 100 * share)
+                            : fmt::format("{:.0f} %", 100 * share);
+}
+
+/// One line: a name, a figure at each time, and what follows.
+void printLine(const Comparison& comparison, const ComparedEstimator& one,
+               const std::vector<double>& values, const std::string& rest) {
+  fmt::print("{:<12}", one.name);
+  for (const std::size_t k : comparison.shown) fmt::print("{:>10}", percent(values[k]));
+  fmt::print("{}\n", rest);
+}
+
+void printHeader(const Comparison& comparison, const std::string& what, const std::string& rest) {
+  fmt::print("{}\n{:<12}", what, "");
+  for (const std::size_t k : comparison.shown) {
+    fmt::print("{:>10}", fmt::format("{:.4g} s", comparison.time_s[k]));
+  }
+  fmt::print("{}\n", rest);
+}
+
+std::string images(double count) {
+  return std::isfinite(count) ? fmt::format("{:.0f}", count) : "never";
+}
+
+void printTable(const Comparison& comparison) {
+  if (comparison.hasTruth) {
+    printHeader(comparison, "relative error of Z, rms over the points",
+                fmt::format("{:>14}{:>10}{:>8}", "images to 5 %", "2 sigma", "NEES"));
+    for (const ComparedEstimator& one : comparison.estimators) {
+      const std::string nees =
+          std::isfinite(one.mean_nees) ? fmt::format("{:.3g}", one.mean_nees) : "-";
+      printLine(comparison, one, one.error,
+                fmt::format("{:>14}{:>10}{:>8}", images(one.frames_to_5pct),
+                            percent(one.coverage_2sigma), nees));
+    }
+    for (const ComparedEstimator& one : comparison.limits) {
+      printLine(comparison, one, one.error, fmt::format("{:>14}", images(one.frames_to_5pct)));
+    }
+    fmt::print("\n");
+  }
+  printHeader(comparison, "sigma of Z claimed, relative", "");
+  for (const auto& one : comparison.estimators) printLine(comparison, one, one.sigma, "");
+  if (comparison.hasTruth) return;
+  printHeader(comparison, "\ndifference of Z from " + comparison.reference + ", relative", "");
+  for (const auto& one : comparison.estimators) printLine(comparison, one, one.difference, "");
+}
+
+void tellCost(const Comparison& comparison) {
+  const ComparedEstimator& reference = costReference(comparison);
+  fmt::print(stderr, "cost per image of {} points:", comparison.points);
+  for (const ComparedEstimator& one : comparison.estimators) {
+    fmt::print(stderr, " {} {:.3g} us ({:.2g} x {})", one.name, 1e6 * one.update_s,
+               one.update_s / reference.update_s, reference.name);
+  }
+  fmt::print(stderr, "\n");
+}
+
+int compareAll(CompareArguments arguments) {
+  for (const std::string& name : arguments.estimators) {
+    arguments.options.estimators.push_back(availableEstimator(name, {"--estimators", 0, ""}));
+  }
+  if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
+  const Comparison comparison = std::filesystem::is_directory(arguments.data)
+                                    ? compareSequence(arguments)
+                                    : compareScenario(arguments);
+  if (!arguments.out.empty()) {
+    if (!writeComparison(comparison, arguments.out)) {
+      fmt::print(stderr, "note: the figure was not drawn; it needs gnuplot\n");
+    }
+  }
+  fmt::print(stderr, "{}: {} images, {:.4g} s, {} points\n", comparison.name,
+             comparison.time_s.size(), comparison.time_s.back(), comparison.points);
+  if (!comparison.hasTruth) fmt::print(stderr, "the true depths are not known\n");
+  tellCost(comparison);
+  if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
+  if (arguments.json) {
+    fmt::print("{}\n", toJson(comparison));
+  } else {
+    printTable(comparison);
+  }
+  return kMet;
+}
+
+}  // namespace
+
+void addCompare(CLI::App& app, int& exitCode) {
+  CLI::App* command =
+      app.add_subcommand("compare", "Let all estimators observe the same measurements");
+  auto a = std::make_shared<CompareArguments>();
+  command
+      ->add_option("DATA", a->data, "Scenario (YAML file) or sequence (folder), see doc/formats.md")
+      ->required();
+  command
+      ->add_option("--estimators", a->estimators,
+                   "Some of constant,two-frame,nonlinear,window,filter,joint; default: all that "
+                   "these data allow")
+      ->type_name("A,B,C")
+      ->delimiter(',');
+  command
+      ->add_option("--times", a->options.times_s,
+                   "Seconds after the first image at which figures are given")
+      ->type_name("T,T")
+      ->delimiter(',');
+  command
+      ->add_option("--set", a->overrides,
+                   "Override a key of the scenario, e.g. depth.initial=8; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command->add_option("--prior", a->prior, "First guess of every depth of a sequence [m]")
+      ->type_name("Z")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--camera", a->source.camera,
+                   "camera_info file, or tum-fr1 | tum-fr2 | tum-fr3 | icl; default: camera.yaml")
+      ->type_name("FILE");
+  command->add_option("--fps", a->source.fps, "Images per second of a plain image folder")
+      ->type_name("F")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--json", a->json, "Print the result as one JSON object on stdout");
+  command
+      ->add_option("--out", a->out,
+                   "Write a folder with report.html and the curves; must not exist")
+      ->type_name("DIR");
+  command->callback([a, &exitCode] { exitCode = compareAll(*a); });
+}
+
+}  // namespace depthservo

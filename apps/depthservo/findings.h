@@ -1,0 +1,10 @@
+#pragma once
+
+#include "depthservo/servo/RunLog.h"
+
+namespace depthservo {
+
+/// Prints what a run or replay found out about its sensors, if anything, on stderr.
+void printFindings(const RunLog& log);
+
+}  // namespace depthservo
