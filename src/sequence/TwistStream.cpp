@@ -101,7 +101,7 @@ void TwistStream::take(const char* bytes, std::size_t count, std::vector<Odometr
     if (line_.size() > kLongestLine && !isOverlong_) {
       isOverlong_ = true;
       ++counts_.malformed;
-      note(fmt::format("a line of twists is longer than {} characters", kLongestLine));
+      note(fmt::format("a line is longer than {} characters", kLongestLine));
       line_.clear();
     }
     if (end == std::string_view::npos) return;
@@ -117,11 +117,10 @@ void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows
   const auto row = parsed(line);
   if (!row) {
     ++counts_.malformed;
-    note(fmt::format("expected timestamp,vx,vy,vz,wx,wy,wz in numbers, got {}",
-                     detail::quoted(line)));
+    note(fmt::format("expected timestamp,vx,vy,vz,wx,wy,wz, got {}", detail::quoted(line)));
   } else if (!(row->time_s > last_s_)) {
     ++counts_.notLater;
-    note(fmt::format("a twist of {} s comes after one of {} s", row->time_s, last_s_));
+    note(fmt::format("one of {} s comes after one of {} s", row->time_s, last_s_));
   } else {
     ++counts_.rows;
     last_s_ = row->time_s;
@@ -136,8 +135,7 @@ void TwistStream::endOfWriter(std::vector<OdometryRow>& rows) {
     takeLine(trimmed(line_), rows);
   } else if (!line_.empty()) {
     ++counts_.torn;
-    lastFault_ =
-        fmt::format("the writer of the twists went away within the line {}", detail::quoted(line_));
+    note(fmt::format("the writer went away within the line {}", detail::quoted(line_)));
   }
   line_.clear();
   isOverlong_ = false;
