@@ -18,7 +18,7 @@ namespace depthservo {
 namespace {
 
 struct LiveArguments {
-  std::string source, camera, twist, target, motion, times, out;
+  std::string source, camera, twist, target, motion, times, out, tracker = "auto";
   VideoOptions video;
   ObservationArguments observation;
   double duration_s = 0;
@@ -81,7 +81,8 @@ int watchLive(const LiveArguments& arguments) {
     options.target = readTarget(arguments.target);
     options.observation = ReplayOptions::of(options.target.hints, arguments.target);
   }
-  apply(arguments.observation, options.observation);
+  apply(arguments.observation, options.target.tags.has_value(), options.observation);
+  options.observation.tracker = trackerNamed(arguments.tracker);
   if (arguments.motion != "twist" && arguments.motion != "target" && !arguments.motion.empty()) {
     refuseOption("--motion",
                  fmt::format("'{}' is not known; expected twist or target", arguments.motion));
@@ -158,6 +159,10 @@ void addLive(CLI::App& app, int& exitCode) {
       ->add_option("--target", a->target,
                    "YAML file with 'target: {...}', 'dots: [...]' or both, as in sequence.yaml")
       ->type_name("FILE");
+  command
+      ->add_option("--tracker", a->tracker,
+                   "dots | apriltag | klt; default: the target's, klt without a target")
+      ->type_name("NAME");
   command
       ->add_option("--twist", a->twist,
                    "Pipe (or file, or - for stdin) of lines timestamp,vx,vy,vz,wx,wy,wz")

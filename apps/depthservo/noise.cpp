@@ -28,12 +28,12 @@ PixelNoise measure(const NoiseArguments& a) {
     const Sequence sequence(a.sequence, a.options);
     return measurePixelNoise(sequence, trackerNamed(a.tracker), show);
   }
-  if (a.target.empty()) refuseOption("--target", "missing; what is to be tracked in the images?");
+  const SequenceTarget seen = a.target.empty() ? SequenceTarget{} : readTarget(a.target);
   silenceImageLibraries();
   VideoOptions video;
   video.fps = a.options.fps > 0 ? a.options.fps : 1;  // times do not matter
   VideoSource images(a.source, video);
-  return measurePixelNoise(images, a.images, readTarget(a.target), show);
+  return measurePixelNoise(images, a.images, seen, trackerNamed(a.tracker), show);
 }
 
 /// Two digits, upwards: noise that is told too small makes sigma too small.
@@ -104,7 +104,7 @@ void addNoise(CLI::App& app, int&) {
       ->check(CLI::Range(15, 100000))
       ->capture_default_str();
   command
-      ->add_option("--tracker", a->tracker, "dots | tracks; default: dots where there are images")
+      ->add_option("--tracker", a->tracker, "dots | apriltag | klt | tracks; default as in replay")
       ->type_name("NAME");
   command->add_option("--camera", a->options.camera, "As in replay, for a folder without one")
       ->type_name("FILE");

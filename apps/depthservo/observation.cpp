@@ -1,11 +1,15 @@
 #include "observation.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <opencv2/core/utils/logger.hpp>
 
+#include "TagLines.h"
 #include "depthservo/servo/Metrics.h"
 
 namespace depthservo {
@@ -28,6 +32,37 @@ void readPrior(const std::string& text, ReplayOptions& options) {
   if (colon != std::string::npos) options.priorSigma_Z = number(text.substr(colon + 1));
 }
 
+double median(std::vector<double> values) {
+  if (values.empty()) return kUnknown;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// So many points that only their statistics can be read.
+void printStatistics(const Metrics& metrics) {
+  std::vector<double> Z, sigma, error;
+  std::map<DepthStatus, int> count;
+  for (const PointMetrics& point : metrics.points) {
+    ++count[point.status];
+    if (point.status != DepthStatus::valid) continue;
+    Z.push_back(point.Z);
+    sigma.push_back(point.sigma_Z / point.Z);
+    if (std::isfinite(point.relative_error)) error.push_back(point.relative_error);
+  }
+  std::string statuses;
+  for (const auto& [status, n] : count) {
+    statuses += fmt::format("{}{} {}", statuses.empty() ? "" : ", ", n, toString(status));
+  }
+  fmt::print(stderr, "  {} points at the last: {}\n", metrics.points.size(), statuses);
+  if (!Z.empty()) {
+    fmt::print(stderr, "  valid: median Z {:.3g} m, median sigma {:.2g} %", median(Z),
+               100 * median(sigma));
+    if (!error.empty()) fmt::print(stderr, ", median error {:.2g} %", 100 * median(error));
+    fmt::print(stderr, "\n");
+  }
+}
+
 }  // namespace
 
 void refuseOption(const std::string& option, const std::string& message) {
@@ -44,7 +79,16 @@ void addObservationOptions(CLI::App& command, ObservationArguments& a) {
       ->check(CLI::PositiveNumber);
   command.add_option("--prior", a.prior, "First guess of every depth [m], with its sigma if known")
       ->type_name("Z[:SIGMA]");
-  command.add_option("--pixel-noise", a.pixelNoise_px, "1 sigma per axis [px]; default 0.5")
+  command
+      .add_option("--tag-family", a.tagFamily,
+                  "Of AprilTags that the target does not name; default 36h11")
+      ->type_name("NAME");
+  command.add_option("--corners", a.corners, "That klt follows at once; default 300")
+      ->type_name("N")
+      ->check(CLI::Range(1, 2000));
+  command
+      .add_option("--pixel-noise", a.pixelNoise_px,
+                  "1 sigma per axis [px]; default 0.5, of apriltag and klt what they measure")
       ->type_name("PX")
       ->check(CLI::PositiveNumber);
   command
@@ -61,7 +105,7 @@ void addObservationOptions(CLI::App& command, ObservationArguments& a) {
       ->check(CLI::NonNegativeNumber);
 }
 
-void apply(const ObservationArguments& arguments, ReplayOptions& options) {
+void apply(const ObservationArguments& arguments, bool hasTags, ReplayOptions& options) {
   if (!arguments.estimator.empty()) {
     options.depth.estimator = availableEstimator(arguments.estimator, {"--estimator", 0, ""});
   }
@@ -77,17 +121,30 @@ void apply(const ObservationArguments& arguments, ReplayOptions& options) {
                                                          : OdometryNoise::white(sigma_v, sigma_w);
   }
   if (arguments.odometryScaleSigma) options.odometryScaleSigma = *arguments.odometryScaleSigma;
-  if (arguments.pixelNoise_px > 0) options.pixelNoise_px = arguments.pixelNoise_px;
+  if (!arguments.tagFamily.empty()) {
+    const std::vector<std::string> families = aprilTagFamilies();
+    if (std::find(families.begin(), families.end(), arguments.tagFamily) == families.end()) {
+      refuseOption("--tag-family", fmt::format("'{}' is not known; expected {}",
+                                               arguments.tagFamily, fmt::join(families, ", ")));
+    }
+    if (hasTags) refuseOption("--tag-family", "the target names its tags already");
+    options.tagFamily = arguments.tagFamily;
+  }
+  if (arguments.corners > 0) options.corners = arguments.corners;
+  if (arguments.pixelNoise_px > 0) {
+    options.pixelNoise_px = arguments.pixelNoise_px;
+    options.isPixelNoiseGiven = true;
+  }
 }
 
 ReplayTracker trackerNamed(const std::string& name) {
   if (name == "auto") return ReplayTracker::automatic;
   if (name == "dots") return ReplayTracker::dots;
   if (name == "tracks") return ReplayTracker::tracks;
-  if (name == "apriltag" || name == "klt") {
-    refuseOption("--tracker", fmt::format("'{}' is not in this version; use dots or tracks", name));
-  }
-  refuseOption("--tracker", fmt::format("'{}' is not known; expected dots or tracks", name));
+  if (name == "apriltag") return ReplayTracker::apriltag;
+  if (name == "klt") return ReplayTracker::klt;
+  refuseOption("--tracker",
+               fmt::format("'{}' is not known; expected dots, apriltag, klt or tracks", name));
 }
 
 void silenceImageLibraries() {
@@ -98,6 +155,13 @@ void silenceImageLibraries() {
 void printTable(const RunLog& log) {
   const Metrics metrics = computeMetrics(log);
   fmt::print(stderr, "{}: {} frames, {:.2f} s\n", log.name, metrics.frames, metrics.duration_s);
+  if (metrics.rejected_measurements > 0) {
+    fmt::print(stderr, "  {} measurements rejected; {} points not to be relied on\n",
+               metrics.rejected_measurements, metrics.rejected_points);
+  }
+  printTags(log);
+  constexpr std::size_t kMostLines = 16;
+  if (metrics.points.size() > kMostLines) return printStatistics(metrics);
   for (const PointMetrics& point : metrics.points) {
     fmt::print(stderr, "  point {}: Z {:.4g} +- {:.2g} m (2 sigma), {}, measured in {} frames",
                point.id, point.Z, 2 * point.sigma_Z, toString(point.status), point.measured_frames);

@@ -11,7 +11,8 @@ namespace depthservo {
 
 /// What replay and live are told about how to observe depth.
 struct ObservationArguments {
-  std::string estimator, prior;
+  std::string estimator, prior, tagFamily;
+  int corners = 0;
   double pixelNoise_px = 0;
   std::vector<double> odometryNoise;
   std::optional<double> odometryScaleSigma, ke;
@@ -19,8 +20,9 @@ struct ObservationArguments {
 
 void addObservationOptions(CLI::App& command, ObservationArguments& arguments);
 
-/// Puts what was given into the options. \throw InputError
-void apply(const ObservationArguments& arguments, ReplayOptions& options);
+/// Puts what was given into the options. \param hasTags the target names its AprilTags
+/// \throw InputError
+void apply(const ObservationArguments& arguments, bool hasTags, ReplayOptions& options);
 
 ReplayTracker trackerNamed(const std::string& name);  ///< \throw InputError
 

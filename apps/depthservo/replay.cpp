@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <filesystem>
 #include <memory>
 
 #include "ProgressBar.h"
@@ -42,7 +41,7 @@ ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequen
     refuseOption("--observe",
                  fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
   }
-  apply(arguments.observation, options);
+  apply(arguments.observation, sequence.tags().has_value(), options);
   return options;
 }
 
@@ -141,7 +140,9 @@ void addReplay(CLI::App& app, int& exitCode) {
   auto a = std::make_shared<ReplayArguments>();
   command->add_option("SEQUENCE", a->sequence, "Folder: see doc/formats.md")->required();
   command
-      ->add_option("--tracker", a->tracker, "dots | tracks; default: dots where there are images")
+      ->add_option(
+          "--tracker", a->tracker,
+          "dots | apriltag | klt | tracks; default: the target's, dots where there are images")
       ->type_name("NAME");
   addObservationOptions(*command, a->observation);
   command

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "ProgressBar.h"
+#include "TagLines.h"
 #include "View.h"
 #include "commands.h"
 #include "depthservo/sequence/InputError.h"
@@ -75,6 +76,7 @@ int runScenario(const RunArguments& arguments) {
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   fmt::print(stderr, "{}\n", verdict(log, computeMetrics(log)));
   printFindings(log);
+  printTags(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   if (arguments.json) fmt::print("{}\n", toJson(log));
 

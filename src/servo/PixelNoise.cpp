@@ -114,10 +114,8 @@ PixelNoise resultOf(const PixelNoiseMeter& meter, const std::string& source) {
 
 PixelNoise measurePixelNoise(const Sequence& sequence, ReplayTracker wanted,
                              const std::function<void(double)>& progress) {
-  std::unique_ptr<PointTracker> tracker;
-  if (chooseTracker(sequence, wanted) != ReplayTracker::tracks) {
-    tracker = makeTracker(targetOf(sequence));
-  }
+  const std::unique_ptr<PointTracker> tracker =
+      makeTracker(targetOf(sequence), chooseTracker(sequence, wanted), {});
   PixelNoiseMeter meter;
   const std::size_t count = sequence.frames().size();
   for (std::size_t k = 0; k < count; ++k) {
@@ -136,8 +134,9 @@ PixelNoise measurePixelNoise(const Sequence& sequence, ReplayTracker wanted,
 }
 
 PixelNoise measurePixelNoise(ImageSource& images, std::size_t most, const SequenceTarget& seen,
-                             const std::function<void(double)>& progress) {
-  const std::unique_ptr<PointTracker> tracker = makeTracker(seen);
+                             ReplayTracker wanted, const std::function<void(double)>& progress) {
+  const std::unique_ptr<PointTracker> tracker =
+      makeTracker(seen, chooseTracker(seen, wanted, "--source"), {});
   PixelNoiseMeter meter;
   TimedImage image;
   for (std::size_t k = 0; k < most && images.next(image); ++k) {

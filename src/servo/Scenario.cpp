@@ -803,6 +803,9 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
                                         depth.initial, depth.Z_min, depth.Z_max));
   }
   if (depth.estimator == EstimatorKind::pose) {
+    if (s.target.type == TargetKind::apriltag && !s.target.assumedTags().hasSizes()) {
+      refuse("target.tags", "depth.estimator: pose needs the assumed_size of every tag");
+    }
     if (const auto why = whyNoTarget(points))
       refuse("target.points", fmt::format("depth.estimator: pose needs more: {}", *why));
   }

@@ -4,7 +4,6 @@
 #include <visp3/core/vpException.h>
 
 #include <algorithm>
-#include <chrono>
 #include <deque>
 #include <limits>
 
@@ -17,6 +16,7 @@
 #include "servo/FrameRateMonitor.h"
 #include "servo/OutcomeJudge.h"
 #include "servo/SelfDiagnosis.h"
+#include "servo/Stopwatch.h"
 #include "servo/TagSizeMonitor.h"
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
@@ -81,20 +81,6 @@ std::optional<double> coupledGain(const Scenario& s) {
 double endOfMotion(const Scenario::Target& target) {
   return target.twist.empty() ? 0 : target.twist.back().until;
 }
-
-/// Seconds of wall clock since the last call.
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const std::chrono::duration<double> lap = now - last_;
-    last_ = now;
-    return lap.count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 }  // namespace
 

@@ -196,7 +196,8 @@ TEST_F(LiveOfRecording, refuses_what_cannot_be_used_in_one_line) {
   refused(source + target + twist, {"--camera", "missing"});
   refused(source + " --camera " + (folder_ / "small.yaml").string() + target + twist,
           {"64x48", "640x480"});
-  refused(source + camera + twist, {"nothing to track"});
+  refused(source + camera + twist + " --tracker dots", {"no dots to track"});
+  refused(source + camera + target + twist + " --tracker tracks", {"tracks.csv"});
   refused(source + camera + twist + " --target " + (folder_ / "nothing.yaml").string(),
           {"nothing.yaml", "target"});
   refused(source + camera + target + " --twist " + (folder_ / "none").string(), {"none"});

@@ -147,7 +147,7 @@ TEST_F(Noise, needs_a_second_of_images) {
   write("timestamp,id,u,v\n0,0,1,1\n0.1,0,1,1\n");
   expectRefused(depthservo("noise " + folder_.path().string()), {"15 images"});
   expectRefused(depthservo("noise"), {"SEQUENCE", "--source"});
-  expectRefused(depthservo("noise --source none.avi"), {"--target"});
+  expectRefused(depthservo("noise --source none.avi"), {"none.avi", "no such file"});
 }
 
 }  // namespace

@@ -95,7 +95,8 @@ TEST_F(LiveTest, without_a_log_only_the_last_frames_stay_in_memory) {
 TEST_F(LiveTest, needs_something_to_track_and_a_motion) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 1);
   options_.target = {};
-  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }), {"track"}));
+  options_.observation.tracker = ReplayTracker::dots;
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }), {"no dots"}));
   options_.target.dots = {{0, 100, 100}};
   EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }), {"motion"}));
 }

@@ -16,8 +16,8 @@ namespace depthservo {
 struct LiveOptions {
   std::string name = "live";
   PinholeCamera camera;
-  SequenceTarget target;  ///< dots by start positions, or by the pattern of their plate; or tags
-  ReplayOptions observation;  ///< estimator, first guess, noise; tracker and motion play no part
+  SequenceTarget target;      ///< dots, AprilTags; none: natural corners
+  ReplayOptions observation;  ///< tracker, estimator, first guess, noise; motion plays no part
   double rate = 0;            ///< images per second, 0: not known; for the gain of `pose` [Hz]
   double duration_s = 0;      ///< stop after this time of the images' clock; 0: at their end
   bool keepsLog = true;       ///< false: only the last frames stay in memory
@@ -55,6 +55,7 @@ class Live {
   LiveOptions options_;
   ImageSource& images_;
   TwistStream* twists_;
+  ReplayTracker tracker_;
 };
 
 }  // namespace depthservo

@@ -64,6 +64,7 @@ PixelNoise measurePixelNoise(const Sequence& sequence, ReplayTracker tracker,
 
 /// Of the next images of a source, at most this many. \throw InputError as above
 PixelNoise measurePixelNoise(ImageSource& images, std::size_t most, const SequenceTarget& seen,
+                             ReplayTracker tracker,
                              const std::function<void(double)>& progress = {});
 
 }  // namespace depthservo
