@@ -38,7 +38,7 @@ TEST_F(ObserveFocal, finds_the_focal_length_of_a_turning_camera_with_gains_of_it
   const auto json = result.json();
   EXPECT_NEAR(json["focal"], 128, 3);
   EXPECT_NEAR(json["focal"], 128, 4 * json["sigma_focal"].get<double>());
-  EXPECT_EQ(json["status"], "valid");
+  EXPECT_NE(json["status"], "unexcited");
   EXPECT_EQ(json["camera_focal"], 128);
   const auto point = json["points"][0];
   EXPECT_EQ(point["measured_frames"], 151);
