@@ -60,7 +60,8 @@ TEST_P(Shipped, ends_as_it_says) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenarios, Shipped,
-                         testing::Values("moving-target", "ibuki2023/simulation-a-60fps",
+                         testing::Values("moving-target", "moving-tag",
+                                         "ibuki2023/simulation-a-60fps",
                                          "ibuki2023/simulation-a-variable",
                                          "ibuki2023/simulation-a-slow", "ibuki2023/experiment-b"));
 
@@ -110,6 +111,14 @@ TEST(MovingTarget, has_the_right_depth_through_images) {
   EXPECT_LT(relativeDepthError(log, 1, 20), 0.01);
   EXPECT_GT(computeMetrics(log).coverage_2sigma, 0.9);
   for (const FrameRecord& frame : log.frames) EXPECT_EQ(frame.features.size(), 4u);
+}
+
+/// The same with an AprilTag, whose corners are the points.
+TEST(MovingTag, has_the_right_depth_through_images) {
+  const RunLog log = run("moving-tag", swinging({"duration=10"}));
+  ASSERT_EQ(log.outcome, Outcome::timeout) << log.reason;
+  EXPECT_LT(relativeDepthError(log, 1, 10), 0.01);
+  EXPECT_GT(computeMetrics(log).coverage_2sigma, 0.9);
 }
 
 /// What the same images are worth without the target's shape.
@@ -295,6 +304,10 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"coupled_without_regulation",
                 {"control.law=vpServo", "control.coupled=true"},
                 {"control.coupled", "regulation"}},
+        Refused{"tag_of_unknown_size",
+                {"target.type=apriltag", "target.points=null", "target.radius=null",
+                 "target.tags=[{id: 7, size: 0.2}]", "sensing.tracker=apriltag"},
+                {"target.tags", "assumed_size"}},
         Refused{"no_gain", {"depth.pose.ke=0"}, {"depth.pose.ke"}}),
     [](const auto& refused) { return refused.param.name; });
 
