@@ -18,7 +18,7 @@ struct GainArguments {
   std::optional<double> settling, excitation, k, k_3, k_3_px, focal_px;
   double Z = 1, noise_px = 0.5;
   double fps = 0, kappa = 0, delta = 0.95;
-  std::optional<double> kc, ke, gamma, U0;
+  std::optional<double> kc, ke, gamma, U0, poseNoise;
   bool sharp = false, json = false;
 };
 
@@ -166,6 +166,10 @@ void designGains(const GainArguments& a) {
   if (!isGiven) {
     json["designed"] = {{"ke", gains.ke}, {"gamma", gains.gamma}, {"delta", gains.delta}};
     if (!isObserver) json["designed"]["kc"] = gains.kc;
+    if (a.poseNoise) {
+      if (!(a.kappa > 0)) throw InputError({"--pose-noise", 0, ""}, "needs --kappa above 0 too");
+      json["likely"] = {{"ke", likelyObserverGain(a.fps, a.kappa, *a.poseNoise)}};
+    }
     const double bound = json[isObserver ? "eq16" : "eq27"];
     fmt::print(
         stderr,
@@ -174,6 +178,12 @@ void designGains(const GainArguments& a) {
         a.fps, gains.ke, isObserver ? "" : fmt::format(", kc {:.4g}", gains.kc), gains.gamma, bound,
         bound < 1 ? "" : " (which says nothing of the rotation)",
         json["true_limit_fps"].get<double>());
+    if (a.poseNoise) {
+      fmt::print(stderr,
+                 "likely best, without a guarantee: ke {:.4g} (least lag kappa/ke and noise "
+                 "together, ke <= fps/2)\n",
+                 json["likely"]["ke"].get<double>());
+    }
   }
   if (a.json) {
     fmt::print("{}\n", json.dump(2));
@@ -222,6 +232,11 @@ void addGains(CLI::App& app, int&) {
       ->type_name("K")
       ->capture_default_str();
   command->add_option("--U0", a->U0, "Energy at the start: U_e(0) or U(0)")->type_name("U");
+  command
+      ->add_option("--pose-noise", a->poseNoise,
+                   "Noise of the pose from one image [m]; adds the gain that is likely best")
+      ->type_name("S")
+      ->check(CLI::NonNegativeNumber);
   command->add_flag("--sharp", a->sharp, "Sharper norms in the same proofs");
   command->add_flag("--json", a->json, "Print one JSON object on stdout");
   command->callback([a] { designGains(*a); });

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <memory>
 #include <set>
 
 #include "cli/Tool.h"
@@ -9,28 +10,36 @@
 namespace depthservo::test {
 namespace {
 
-TEST(Reproduce, gives_rows_with_stable_ids_that_all_pass) {
-  const Result result = depthservo("reproduce ibuki2023 --json");
-  ASSERT_EQ(result.exitCode, 0) << result.err;
+/// A paper reproduced once, with a folder.
+class Reproduced : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    result_ = depthservo("reproduce ibuki2023 --json --out " + (*folder_ / "paper").string());
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static inline std::unique_ptr<TemporaryFolder> folder_;
+  static inline Result result_;
+};
+
+TEST_F(Reproduced, gives_rows_with_stable_ids_that_all_pass) {
+  ASSERT_EQ(result_.exitCode, 0) << result_.err;
   std::set<std::string> ids;
-  for (const auto& row : result.json()) {
+  for (const auto& row : result_.json()) {
     ids.insert(row["id"]);
     EXPECT_TRUE(row["ours"].is_number()) << row;
     EXPECT_TRUE(row["pass"].is_boolean() && row["reproduces"].is_boolean()) << row;
   }
-  EXPECT_EQ(ids.size(), result.json().size());
+  EXPECT_EQ(ids.size(), result_.json().size());
   EXPECT_GE(ids.size(), 6u);
-  EXPECT_EQ(depthservo("reproduce einstein1905").exitCode, 2);
 }
 
-TEST(Reproduce, out_is_a_folder_with_rows_figures_and_one_page_that_needs_nothing_else) {
-  const TemporaryFolder folder;
-  const std::string out = folder / "papers";
-  const Result result = depthservo("reproduce durand2010 --json --out " + out);
-  ASSERT_EQ(result.exitCode, 0) << result.err;
-  EXPECT_EQ(nlohmann::json::parse(folder.read("papers/rows.json")), result.json());
-  const std::string page = folder.read("papers/report.html");
-  for (const auto& row : result.json()) {
+TEST_F(Reproduced, leaves_a_folder_with_rows_figures_and_one_page_that_needs_nothing_else) {
+  ASSERT_EQ(result_.exitCode, 0) << result_.err;
+  EXPECT_EQ(nlohmann::json::parse(folder_->read("paper/rows.json")), result_.json());
+  const std::string page = folder_->read("paper/report.html");
+  for (const auto& row : result_.json()) {
     const std::string id = row["id"];
     EXPECT_NE(page.find(id.substr(id.find('/', id.find('/') + 1) + 1)), std::string::npos) << id;
     if (row["reproduces"]) continue;
@@ -39,7 +48,7 @@ TEST(Reproduce, out_is_a_folder_with_rows_figures_and_one_page_that_needs_nothin
   }
   EXPECT_EQ(page.find("src=\"http"), std::string::npos);
   std::size_t figures = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(out)) {
+  for (const auto& entry : std::filesystem::directory_iterator(*folder_ / "paper")) {
     figures += entry.path().extension() == ".png" ? 1 : 0;
   }
   std::size_t embedded = 0;
@@ -48,7 +57,10 @@ TEST(Reproduce, out_is_a_folder_with_rows_figures_and_one_page_that_needs_nothin
   }
   EXPECT_EQ(embedded, figures);
   EXPECT_GE(figures, 3u);
-  EXPECT_EQ(depthservo("reproduce ibuki2023 --out " + out).exitCode, 2) << "exists";
+}
+
+TEST_F(Reproduced, does_not_overwrite_a_folder) {
+  EXPECT_EQ(depthservo("reproduce ibuki2023 --out " + (*folder_ / "paper").string()).exitCode, 2);
 }
 
 TEST(Reproduce, refused_leaves_nothing) {
