@@ -25,6 +25,10 @@ constexpr double kLeastTurnRate = 1e-3;
 /// A camera that is this near the axis it turns about is on it [m].
 constexpr double kOnAxis_m = 1e-3;
 
+/// Settled estimates whose product with their inverse is this far from 1 deserve a word; settled:
+/// 1 sigma, relative.
+constexpr double kDisagreement = 0.05, kSettledSigma = 0.02;
+
 double square(double a) { return a * a; }
 
 CentredPixel centred(const PinholeCamera& camera, const FeatureRecord& feature, double sigma_px) {
@@ -271,15 +275,8 @@ std::string reportPage(const FocalReplay& replay, const std::filesystem::path& p
   sheet.mood = replay.status == DepthStatus::valid ? "good" : "middling";
   sheet.verdict =
       fmt::format("focal length {:.5g} px, {}", replay.focal_px, toString(replay.status));
-  sheet.reason = fmt::format(
-      "The camera file says {:.6g} px. The camera turns about an axis {:.3g} m behind it, so a "
-      "point "
-      "at depth Z shows the focal length times 1 + {:.3g} m/Z.",
-      replay.camera.fx, replay.lever_m, replay.lever_m);
-  if (replay.Z) {
-    sheet.reason +=
-        fmt::format(" With Z = {:g} m that makes {:.5g} px.", *replay.Z, replay.compensated_px);
-  }
+  sheet.reason =
+      fmt::format("The camera file says {:.6g} px. {}", replay.camera.fx, remark(replay));
   const Figure figure = figureOf(replay);
   if (std::filesystem::exists(plot)) {
     sheet.body += fmt::format(
@@ -305,16 +302,29 @@ std::string reportPage(const FocalReplay& replay, const std::filesystem::path& p
 }  // namespace
 
 std::string remark(const FocalReplay& replay) {
-  if (std::abs(replay.lever_m) < kOnAxis_m) return "The camera turns about its optical centre.";
-  const std::string lever =
-      fmt::format("The camera is {:.3g} m {} the axis it turns about: ", std::abs(replay.lever_m),
-                  replay.lever_m > 0 ? "ahead of" : "behind");
-  if (replay.Z) {
-    return lever + fmt::format("without that, {:.5g} px for points at {:g} m.",
-                               replay.compensated_px, *replay.Z);
+  std::string text;
+  if (std::abs(replay.lever_m) < kOnAxis_m) {
+    text = "The camera turns about its optical centre.";
+  } else {
+    text =
+        fmt::format("The camera is {:.3g} m {} the axis it turns about: ", std::abs(replay.lever_m),
+                    replay.lever_m > 0 ? "ahead of" : "behind");
+    text += replay.Z ? fmt::format("without that, {:.5g} px for points at {:g} m.",
+                                   replay.compensated_px, *replay.Z)
+                     : fmt::format("divide by 1 {} {:.3g} m/Z, or give Z with --prior.",
+                                   replay.lever_m > 0 ? '+' : '-', std::abs(replay.lever_m));
   }
-  return lever + fmt::format("divide by 1 {} {:.3g} m/Z, or give Z with --prior.",
-                             replay.lever_m > 0 ? '+' : '-', std::abs(replay.lever_m));
+  for (const FocalPoint& point : replay.points) {
+    const FocalEstimate& e = point.estimate;
+    const bool isSettled = e.sigma_focal_px < kSettledSigma * e.focal_px;
+    if (!isSettled || std::abs(e.consistency() - 1) < kDisagreement) continue;
+    text += fmt::format(
+        " Lambda and 1/lambda, estimated apart, disagree by {:.2g} % at point {}: the camera also "
+        "translates, or the odometry is wrong.",
+        100 * std::abs(e.consistency() - 1), point.id);
+    break;
+  }
+  return text;
 }
 
 FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& options,

@@ -63,7 +63,7 @@ struct FocalReplay {
 FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& options,
                         const std::function<void(double)>& progress = {});
 
-/// One sentence on the lever arm and what to do about it.
+/// In words: the lever arm and what to do about it, and whether the estimate contradicts itself.
 std::string remark(const FocalReplay& replay);
 
 /// One JSON object.
