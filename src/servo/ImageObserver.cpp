@@ -71,7 +71,7 @@ FrameRecord ImageObserver::observe(const Input& input) {
     DepthEstimate estimate = estimator_->estimate(id);
     if (estimate.status == DepthStatus::unset) continue;
     if (diagnosis_) estimate = diagnosis_->honest(estimate);
-    if (!isUsed) estimate.status = std::min(estimate.status, DepthStatus::coasting);
+    if (!isUsed && estimate.status != DepthStatus::lost) estimate.status = DepthStatus::coasting;
     const auto point = std::find_if(points.begin(), points.end(),
                                     [id](const TrackedPoint& p) { return p.id == id; });
     const bool isMeasured = isUsed && point != points.end();

@@ -3,18 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "depthservo/tracking/AprilTagTracker.h"
-#include "depthservo/tracking/DotTracker.h"
-#include "depthservo/tracking/KltTracker.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "servo/ImageObserver.h"
 #include "servo/Stopwatch.h"
 #include "servo/makeEstimator.h"
+#include "servo/makeTracker.h"
 #include "servo/unexcited.h"
 
 #ifdef VISP_NAMESPACE_NAME
@@ -29,33 +26,6 @@ constexpr double kUsualRate = 30;
 
 [[noreturn]] void refuse(const Sequence& sequence, const std::string& message) {
   throw InputError({sequence.folder(), 0, ""}, message);
-}
-
-ReplayTracker chooseTracker(const Sequence& sequence, ReplayTracker wanted) {
-  const bool canSeeDots = sequence.hasImages() && !sequence.tags() &&
-                          (!sequence.dots().empty() || !sequence.target().points.empty());
-  if (wanted == ReplayTracker::automatic && sequence.tags() && sequence.hasImages()) {
-    return ReplayTracker::apriltag;
-  }
-  if ((wanted == ReplayTracker::apriltag || wanted == ReplayTracker::klt) &&
-      !sequence.hasImages()) {
-    refuse(sequence, fmt::format("--tracker {} needs images (rgb.txt)",
-                                 wanted == ReplayTracker::klt ? "klt" : "apriltag"));
-  }
-  if (wanted == ReplayTracker::automatic) {
-    wanted = sequence.hasImages() ? ReplayTracker::dots : ReplayTracker::tracks;
-  }
-  if (wanted == ReplayTracker::dots && !canSeeDots) {
-    refuse(sequence,
-           sequence.hasImages()
-               ? "no dots to track: give their start positions as 'dots: [[u, v], ...]' or the "
-                 "'target' in sequence.yaml"
-               : "--tracker dots needs images (rgb.txt)");
-  }
-  if (wanted == ReplayTracker::tracks && !sequence.hasTracks()) {
-    refuse(sequence, "no tracks.csv and no images: there are no points to observe");
-  }
-  return wanted;
 }
 
 ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
@@ -86,64 +56,11 @@ ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
   return wanted;
 }
 
-const char* nameOf(ReplayTracker tracker) {
-  switch (tracker) {
-    case ReplayTracker::apriltag:
-      return "apriltag";
-    case ReplayTracker::klt:
-      return "klt";
-    case ReplayTracker::tracks:
-      return "tracks";
-    default:
-      return "dots";
-  }
-}
-
-/// Whether points and their ids are known only when they are seen.
-bool findsPoints(const Sequence& sequence, ReplayTracker tracker) {
-  return tracker == ReplayTracker::klt || (tracker == ReplayTracker::apriltag && !sequence.tags());
-}
-
-/// The tags of the target, or all of a family with unknown sizes.
-AprilTagTarget tagsOf(const Sequence& sequence, const ReplayOptions& options) {
-  if (sequence.tags()) return *sequence.tags();
-  AprilTagTarget all{options.tagFamily, {}};
-  for (int id = 0; id < aprilTagCount(options.tagFamily); ++id)
-    all.tags.push_back({id, {}, Eigen::Isometry3d::Identity()});
-  return all;
-}
-
-std::unique_ptr<PointTracker> makeTracker(const Sequence& sequence, ReplayTracker tracker,
-                                          const ReplayOptions& options) {
-  if (tracker == ReplayTracker::tracks) return nullptr;
-  if (tracker == ReplayTracker::klt) {
-    KltTrackerOptions klt;
-    klt.points = options.corners;
-    return std::make_unique<KltTracker>(klt);
-  }
-  if (tracker == ReplayTracker::apriltag) {
-    return std::make_unique<AprilTagTracker>(tagsOf(sequence, options));
-  }
-  if (sequence.dots().empty()) return std::make_unique<DotTracker>(sequence.target());
-  std::vector<Eigen::Vector2d> starts;
-  for (const PixelPoint& dot : sequence.dots()) starts.emplace_back(dot.u, dot.v);
-  return std::make_unique<DotTracker>(starts);
-}
-
-/// Every id the tracker may give, ascending; none where it finds its points itself.
-std::vector<int> allIds(const Sequence& sequence, ReplayTracker tracker) {
+/// Every id in tracks.csv, ascending.
+std::vector<int> idsOfTracks(const Sequence& sequence) {
   std::set<int> ids;
-  if (findsPoints(sequence, tracker)) return {};
-  if (tracker == ReplayTracker::tracks) {
-    for (const SequenceFrame& frame : sequence.frames()) {
-      for (const PixelPoint& point : frame.tracks) ids.insert(point.id);
-    }
-  } else if (tracker == ReplayTracker::apriltag) {
-    for (int i = 0; i < 4 * static_cast<int>(sequence.tags()->tags.size()); ++i) ids.insert(i);
-  } else {
-    const std::size_t count =
-        sequence.dots().empty() ? sequence.target().points.size() : sequence.dots().size();
-    for (std::size_t i = 0; i < count; ++i) ids.insert(static_cast<int>(i));
+  for (const SequenceFrame& frame : sequence.frames()) {
+    for (const PixelPoint& point : frame.tracks) ids.insert(point.id);
   }
   return {ids.begin(), ids.end()};
 }
@@ -222,28 +139,18 @@ class Replayer {
     ImageObserver::Parts parts;
     parts.camera = sequence_.camera();
     parts.pixelNoise_px = options.pixelNoise_px;
-    const bool measuresNoise =
-        trackerKind_ == ReplayTracker::apriltag || trackerKind_ == ReplayTracker::klt;
-    parts.takesTrackersNoise = measuresNoise && !options.isPixelNoiseGiven;
-    parts.ids = allIds(sequence_, trackerKind_);
+    if (trackerKind_ == ReplayTracker::tracks) parts.ids = idsOfTracks(sequence_);
     parts.prior = DepthPrior{options.depth.initial};
     if (options.priorSigma_Z) {
       parts.prior.sigma_chi = *options.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
     }
     parts.estimator = setupOf(sequence_, options);
     parts.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
-    parts.tracker = makeTracker(sequence_, trackerKind_, options);
-    if (findsPoints(sequence_, trackerKind_)) parts.capacity = capacityOf(options);
-    if (trackerKind_ == ReplayTracker::apriltag) parts.tags = tagsOf(sequence_, options);
+    putTracker(parts, targetOf(sequence_), trackerKind_, options);
     if (motionKind_ == ReplayMotion::target) parts.followed = sequence_.target();
     parts.odometryCapacity = std::max(
         {sequence_.frames().size(), sequence_.odometry().size(), sequence_.poses().size()});
     return parts;
-  }
-
-  static std::size_t capacityOf(const ReplayOptions& options) {
-    constexpr std::size_t kMostTagCorners = 4 * 64;
-    return std::max(kMostTagCorners, static_cast<std::size_t>(options.corners));
   }
 
   void offer(const std::vector<OdometryRow>& rows) {
@@ -305,9 +212,7 @@ class Replayer {
         {"odometry_scale_sigma", options.odometryScaleSigma},
         {"Z_min", options.depth.Z_min},
         {"Z_max", options.depth.Z_max}};
-    const bool measuresNoise =
-        trackerKind_ == ReplayTracker::apriltag || trackerKind_ == ReplayTracker::klt;
-    if (options.isPixelNoiseGiven || !measuresNoise) {
+    if (options.isPixelNoiseGiven || !measuresNoise(trackerKind_)) {
       configuration["pixel_noise"] = options.pixelNoise_px;
     }
     if (options.priorSigma_Z) configuration["prior_sigma_Z"] = *options.priorSigma_Z;
@@ -332,11 +237,13 @@ class Replayer {
 }  // namespace
 
 ReplayOptions ReplayOptions::of(const Sequence& sequence) {
-  const ReplayHints& hints = sequence.replayHints();
+  return of(sequence.replayHints(), sequence.folder() + "/sequence.yaml");
+}
+
+ReplayOptions ReplayOptions::of(const ReplayHints& hints, const std::string& file) {
   ReplayOptions options;
   if (hints.estimator) {
-    options.depth.estimator = availableEstimator(
-        *hints.estimator, {sequence.folder() + "/sequence.yaml", 0, "replay.estimator"});
+    options.depth.estimator = availableEstimator(*hints.estimator, {file, 0, "replay.estimator"});
   }
   options.depth.initial = hints.prior.value_or(options.depth.initial);
   options.pixelNoise_px = hints.pixel_noise.value_or(options.pixelNoise_px);

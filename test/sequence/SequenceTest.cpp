@@ -150,6 +150,7 @@ TEST_F(SequenceTest, images_elsewhere_are_found_in_the_folder_and_below_visp_inp
   remove("rgb.txt");
   remove("tracks.csv");
   remove("truth.csv");
+  remove("depth.txt");
   test::TemporaryFolder data;
   fs::create_directories(data / "ViSP-images/run-1");
   data.write("ViSP-images/run-1/i3.pgm", kPgm);

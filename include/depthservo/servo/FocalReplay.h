@@ -63,6 +63,9 @@ struct FocalReplay {
 FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& options,
                         const std::function<void(double)>& progress = {});
 
+/// One sentence on the lever arm and what to do about it.
+std::string remark(const FocalReplay& replay);
+
 /// One JSON object.
 std::string toJson(const FocalReplay& replay);
 

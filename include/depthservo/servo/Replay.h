@@ -44,6 +44,8 @@ struct ReplayOptions {
 
   /// As the sequence itself asks for, with the defaults above for the rest. \throw InputError
   static ReplayOptions of(const Sequence& sequence);
+  /// \param file where the hints stand, for messages
+  static ReplayOptions of(const ReplayHints& hints, const std::string& file);
 };
 
 /// Observes depth on recorded data: the same tracker and estimator as in the servo loop, with no
