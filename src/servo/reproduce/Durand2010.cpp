@@ -537,17 +537,6 @@ void printRows(Rows& rows) {
   arctan.note = "the robot of the paper's own simulation drives towards -x: it must be atan2";
 }
 
-std::map<std::string, std::string> experiments() {
-  return {
-      {"print", "What cannot hold as printed"},
-      {"noise-free", "The simulation without noise"},
-      {"i", "Simulation (i): perfect data"},
-      {"ii", "Simulation (ii): 1 px noise"},
-      {"iii", "Simulation (iii): images hidden for 7 s <= t < 9 s"},
-      {"long", "Images hidden for 7 s <= t < 20 s"},
-      {"observer", "The observer of De Luca, Oriolo, Robuffo Giordano 2008 on the same images"}};
-}
-
 }  // namespace
 
 Reproduction reproduceDurand2010(const ReproduceOptions& options) {
@@ -574,7 +563,7 @@ Reproduction reproduceDurand2010(const ReproduceOptions& options) {
   longOcclusionRows(rows, options.seed, seeds);
   observerRows(rows, approach);
   imageRows(rows, options.seed, options.full ? 100 : 6);
-  return {rows.take(), figures(options.seed), experiments()};
+  return {rows.take(), figures(options.seed)};
 }
 
 }  // namespace depthservo
