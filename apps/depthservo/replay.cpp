@@ -77,15 +77,8 @@ void printFocal(const FocalReplay& replay) {
                point.unexcited_because.empty() ? "" : ": ", point.unexcited_because, e.eta1, e.eta2,
                e.sigma_min, point.measured_frames);
   }
-  fmt::print(stderr, "focal length {:.5g} px, {}; the camera file says {:.6g} px\n",
-             replay.focal_px, toString(replay.status), replay.camera.fx);
-  fmt::print(stderr, "the camera is {:.3g} m ahead of the axis it turns about: ", replay.lever_m);
-  if (replay.Z) {
-    fmt::print(stderr, "without that, {:.5g} px for points at {:g} m\n", replay.compensated_px,
-               *replay.Z);
-  } else {
-    fmt::print(stderr, "divide by 1 + {:.3g} m/Z, or give Z with --prior\n", replay.lever_m);
-  }
+  fmt::print(stderr, "focal length {:.5g} px, {}; the camera file says {:.6g} px. {}\n",
+             replay.focal_px, toString(replay.status), replay.camera.fx, remark(replay));
 }
 
 int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence,

@@ -10,8 +10,9 @@
 namespace depthservo {
 namespace {
 
-/// Rejected measurements of a point, less those accepted, before it is given up.
-constexpr int kMostRejections = 6;
+/// A point is given up after four rejections in a row; or, since the filters start a young point
+/// anew after two, after a dozen images of which every other one is rejected.
+constexpr int kRejection = 2, kMostRejections = 8;
 
 }  // namespace
 
@@ -193,7 +194,7 @@ void ImageObserver::giveUpMovingPoints() {
   for (const int id : parts_.ids) {
     const bool isRejected = estimator_->estimate(id).status == DepthStatus::rejected;
     int& count = rejections_[id];
-    count = isRejected ? count + 1 : std::max(0, count - 1);
+    count = isRejected ? count + kRejection : std::max(0, count - 1);
     if (count < kMostRejections) continue;
     parts_.tracker->giveUp(id);
     rejections_.erase(id);

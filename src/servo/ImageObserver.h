@@ -101,7 +101,7 @@ class ImageObserver {
   std::optional<SelfDiagnosis> diagnosis_;  // none where images would be judged by themselves,
                                             // nor of a known target, which may move
   std::optional<TagSizeMonitor> tags_;
-  std::map<int, int> rejections_;                        // by id, less the measurements accepted
+  std::map<int, int> rejections_;                        // by id, weighted, less those accepted
   std::vector<double> trackingTimes_, estimationTimes_;  // by image [s]
   std::optional<TargetPose> targetPose_;
   std::optional<CameraPose> lastPose_;

@@ -33,6 +33,10 @@ namespace {
 /// The command fades from full speed to a stop, or back, within this time [s].
 constexpr double kRamp_s = 0.5;
 
+/// Share of the command below which the robot stops for hidden points: slower, it would hardly get
+/// on.
+constexpr double kLeastSpeed = 0.1;
+
 /// Sigma of a depth that is told [m]: as good as exact.
 constexpr double kToldSigma_Z = 1e-6;
 
@@ -383,7 +387,8 @@ double ServoLoop::wantedSpeed() const {
       sigma_px = std::max(sigma_px, estimate.sigma_xy * p.camera.focal_px());
     }
   }
-  return std::clamp(2 - 2 * sigma_px / p.scenario.control.hidden_sigma, 0.0, 1.0);
+  const double speed = std::min(1.0, 2 - 2 * sigma_px / p.scenario.control.hidden_sigma);
+  return speed < kLeastSpeed ? 0 : speed;
 }
 
 void ServoLoop::setBasis(double time_s, double wanted) {
@@ -394,12 +399,21 @@ void ServoLoop::setBasis(double time_s, double wanted) {
     const DepthStatus status = p.features[static_cast<std::size_t>(id)].estimate().status;
     return status == DepthStatus::unset || status == DepthStatus::lost;
   });
-  p.basis = isLost ? Basis::nothing : wanted == 0 ? Basis::waiting : Basis::features;
+  p.basis = isLost        ? Basis::nothing
+            : wanted == 0 ? Basis::waiting
+            : wanted < 1  ? Basis::slowed
+                          : Basis::features;
   if (p.basis == before || !p.law->usesFeatures() || p.log.frames.empty()) return;
-  note(time_s, p.basis == Basis::nothing   ? "lost: the command fades out"
-               : p.basis == Basis::waiting ? "hidden points are predicted too vaguely: the robot "
-                                             "waits"
-                                           : "the servo goes on");
+  switch (p.basis) {
+    case Basis::nothing:
+      return note(time_s, "lost: the command fades out");
+    case Basis::waiting:
+      return note(time_s, "hidden points are predicted too vaguely: the robot waits");
+    case Basis::slowed:
+      return note(time_s, "hidden points are predicted vaguely: the robot slows down");
+    case Basis::features:
+      return note(time_s, "full speed");
+  }
 }
 
 double ServoLoop::imageError() const {

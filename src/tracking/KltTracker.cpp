@@ -32,6 +32,9 @@ constexpr int kChooseEvery = 5;       // images, at most
 constexpr int kLevelsNear = 1;        // of the pyramid: 20 px about the place
 constexpr double kGainStep = 0.02;    // smaller changes of the light are left to the alignment
 
+/// Of the way back, which only has to tell 0.7 px from none.
+const cv::TermCriteria kBackwardCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.05);
+
 void require(bool isMet, const char* what) {
   if (!isMet) throw std::invalid_argument(std::string("KltTracker: ") + what);
 }
@@ -193,7 +196,7 @@ class KltTracker::Impl {
                              criteria_, cv::OPTFLOW_USE_INITIAL_FLOW);
     back_ = from_;  // the way back starts where it should end
     cv::calcOpticalFlowPyrLK(pyramid_, previous_, to_, back_, backward_, errors_, window_, 0,
-                             criteria_, cv::OPTFLOW_USE_INITIAL_FLOW);
+                             kBackwardCriteria, cv::OPTFLOW_USE_INITIAL_FLOW);
     for (std::size_t k = 0; k < searched_.size(); ++k) {
       const cv::Point2f gap = back_[k] - from_[k];
       const bool returns = std::hypot(gap.x, gap.y) < options_.forward_backward_px;

@@ -7,7 +7,7 @@ namespace depthservo::detail {
 namespace {
 
 constexpr int kIterations = 8;
-constexpr double kConverged_px = 0.003;
+constexpr double kConverged_px = 0.01;
 constexpr double kLeastContrast = 2;  // rms gray levels of a patch
 constexpr int kParameters = 6;        // translation, zoom, roll, gain, offset
 constexpr double kSteadiness = 0.01;

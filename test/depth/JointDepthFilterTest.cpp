@@ -192,7 +192,9 @@ TEST(JointDepthFilter, aRetiredPointLeavesItsPlaceToAnotherAndTheRestAlone) {
   for (int k = 0; k < 120; ++k) {
     hiding.advance(odometry, k * Trajectory::kPeriod_s);
     retiring.advance(odometry, k * Trajectory::kPeriod_s);
-    if (k == 60) EXPECT_TRUE(retiring.retire(0));
+    if (k == 60) {
+      EXPECT_TRUE(retiring.retire(0));
+    }
     std::vector<PointObservation> seen;
     for (int i = k < 60 ? 0 : 1; i < 4; ++i) {
       seen.push_back({i, run.measured[static_cast<std::size_t>(k)][static_cast<std::size_t>(i)]});

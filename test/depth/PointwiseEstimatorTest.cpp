@@ -69,7 +69,9 @@ TEST(PointwiseEstimator, aRetiredPointLeavesItsPlaceToAnotherAndTheRestAlone) {
     }
     all.advance(buffer, t);
     two.advance(buffer, t);
-    if (i == 20) EXPECT_TRUE(two.retire(1));
+    if (i == 20) {
+      EXPECT_TRUE(two.retire(1));
+    }
     std::vector<PointObservation> early = {{1, first.measured(kSigma)},
                                            {2, second.measured(kSigma)}};
     std::vector<PointObservation> late = {{2, second.measured(kSigma)},

@@ -318,6 +318,15 @@ TEST(AprilTagScenario, drives_a_unicycle_to_a_tag_of_unknown_size) {
   EXPECT_NEAR(log.tags[0].observed_size, 0.2, 0.002);
 }
 
+TEST(AprilTagScenario, its_effective_configuration_is_a_scenario_again) {
+  const TemporaryFolder folder;
+  const std::string file = DEPTHSERVO_DATA "/scenarios/unicycle-apriltag.yaml";
+  const Scenario scenario = Scenario::load(file, {"target.tags=[{id: 1, size: 0.1, pose: {xyz: "
+                                                  "[0.01, 0, 0]}}, {id: 2, size: 0.2}]"});
+  folder.write("again.yaml", scenario.toJson());
+  EXPECT_EQ(Scenario::load(folder / "again.yaml").toJson(), scenario.toJson());
+}
+
 TEST(AprilTagScenario, a_tag_hidden_for_a_second_does_not_stop_the_robot) {
   const std::string file = DEPTHSERVO_DATA "/scenarios/unicycle-apriltag.yaml";
   const Scenario scenario = Scenario::load(file, {"sensing.hidden=[[4, 5]]"});
@@ -357,7 +366,7 @@ INSTANTIATE_TEST_SUITE_P(
                     BadTag{"inverted", "sensing.light_on_dark=true", "dark on light"},
                     BadTag{"pose", "depth.estimator=pose", "assumed_size"},
                     BadTag{"dots", "target.type=dots", "points"}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace
 }  // namespace depthservo

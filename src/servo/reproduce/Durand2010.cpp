@@ -304,12 +304,6 @@ auto startScaled(double factor) {
 }
 PointState startDesired(const Run& run, int point) { return withRawImage(run, point, 1); }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 std::vector<durand2010::OcclusionCase> durand2010::occlusionCases() {
@@ -327,6 +321,12 @@ std::vector<durand2010::OcclusionCase> durand2010::occlusionCases() {
       {"frozen", "features frozen", W::freeze, {}, 28.6, 51.2, 15.4, 0, 0},
       {"held-velocity", "velocity held", W::holdVelocity, {}, 0, 0, 15.4, 0, 0},
       {"stop", "robot stopped", W::stop, {}, 0, 0, 17.7, 0, 0}};
+}
+
+double durand2010::median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 namespace {
@@ -573,7 +573,8 @@ Reproduction reproduceDurand2010(const ReproduceOptions& options) {
   returnRows(rows, options.seed, seeds);
   longOcclusionRows(rows, options.seed, seeds);
   observerRows(rows, approach);
-  return {rows.take(), figures(options.seed, std::min(seeds, 200U)), experiments()};
+  imageRows(rows, options.seed, options.full ? 100 : 6);
+  return {rows.take(), figures(options.seed), experiments()};
 }
 
 }  // namespace depthservo
