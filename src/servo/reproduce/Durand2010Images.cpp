@@ -177,7 +177,7 @@ void longOcclusionRows(Rows& rows, unsigned seed, unsigned seeds) {
 
 Scenario imageScenario() {
   Scenario s;
-  s.name = "durand2010-noise";
+  s.name = "noise";
   s.duration = 40;
   s.camera.rate = {1 / kPeriod_s};
   s.camera.fx = s.camera.fy = kFocal_px;

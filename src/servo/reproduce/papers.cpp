@@ -11,11 +11,12 @@ const std::vector<Paper>& papers() {
        "visual servoing: theory and experiments. International Journal of Robotics Research "
        "27(10), 2008",
        reproduceDeLuca2008,
-       {{"5.1", "Section 5.1: depth of a point"},
-        {"5.2", "Section 5.2: depth and focal length"},
-        {"7.1", "Section 7.1: focal length on a unicycle"},
-        {"7.2", "Section 7.2: servoing on points"},
-        {"7.3", "Section 7.3: servoing on moments"}}},
+       {{"5.1", "Section 5.1: depth in the numerical example, by how the observer is sampled"},
+        {"5.1-arm", "Section 5.1: depth under an arm, with image noise"},
+        {"5.2", "Section 5.2: focal length in the numerical example"},
+        {"7.1", "Section 7.1: focal length on the unicycle"},
+        {"7.2", "Section 7.2: servo on four points from wrong guesses"},
+        {"7.3", "Section 7.3: servo on moments from wrong guesses"}}},
       {"durand2010",
        "A. Durand Petiteville, M. Courdesses, V. Cadenat: A new predictor/corrector pair to "
        "estimate the visual features depth during a vision-based navigation task in an unknown "
