@@ -55,6 +55,6 @@ depthservo_pkgconfig(depthservo-vision "Trackers, synthetic camera and recorded 
                      STATIC yaml-cpp fmt apriltag)
 depthservo_pkgconfig(depthservo-servo "Closed servo loops from scenarios, and their reports"
                      LIBS -ldepthservo_servo REQUIRES depthservo-visp depthservo-vision
-                     STATIC yaml-cpp fmt apriltag)
+                     STATIC yaml-cpp fmt apriltag cairo-pdf)
 depthservo_pkgconfig(depthservo "What an existing ViSP program needs: depthservo-visp"
                      REQUIRES depthservo-visp)

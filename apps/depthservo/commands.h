@@ -18,5 +18,8 @@ void addReport(CLI::App& app, int& exitCode);
 void addReproduce(CLI::App& app, int& exitCode);
 void addCompare(CLI::App& app, int& exitCode);
 void addGains(CLI::App& app, int& exitCode);
+void addLive(CLI::App& app, int& exitCode);
+void addTarget(CLI::App& app, int& exitCode);
+void addNoise(CLI::App& app, int& exitCode);
 
 }  // namespace depthservo

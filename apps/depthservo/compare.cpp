@@ -60,8 +60,8 @@ Comparison compareSequence(const CompareArguments& arguments) {
 
 std::string percent(double share) {
   if (!std::isfinite(share)) return "-";
-  return 100 * share < 1000 ? fmt::format("{:.3g} %", 100 * share)
-                            : fmt::format("{:.0f} %", 100 * share);
+  const bool isPlain = 100 * share < 1000 || 100 * share >= 1e6;
+  return isPlain ? fmt::format("{:.3g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
 
 /// One line: a name, a figure at each time, and what follows.
@@ -154,8 +154,8 @@ void addCompare(CLI::App& app, int& exitCode) {
       ->required();
   command
       ->add_option("--estimators", a->estimators,
-                   "Some of constant,two-frame,nonlinear,window,filter,joint; default: all that "
-                   "these data allow")
+                   "Some of constant,two-frame,nonlinear,window,filter,joint,pose; default: all "
+                   "that these data allow")
       ->type_name("A,B,C")
       ->delimiter(',');
   command

@@ -20,6 +20,9 @@ Examples:
   depthservo compare my-sequence --out my-comparison                all estimators on the same data
   depthservo report my-run                                          make report.html anew
   depthservo reproduce all                                          papers' simulations, theirs vs ours
+  depthservo live --source 0 --camera camera.yaml --target target.yaml --twist twists.fifo
+  depthservo target dots --out dots.pdf > target.yaml               a plate to print, in its true size
+  depthservo noise still-recording                                  the pixel noise of your camera
   depthservo gains --law observer --fps 30 --kappa 0.1              gains for a camera's frame rate
 
 Exit codes: 0 as expected (or converged, or timeout), 1 not as expected, 2 bad arguments or input,
@@ -69,6 +72,9 @@ int run(int argc, char** argv) {
   addCompare(app, exitCode);
   addReproduce(app, exitCode);
   addGains(app, exitCode);
+  addLive(app, exitCode);
+  addTarget(app, exitCode);
+  addNoise(app, exitCode);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {

@@ -2,9 +2,7 @@
 
 #include <fmt/core.h>
 
-#include <cmath>
 #include <memory>
-#include <optional>
 
 #include "ProgressBar.h"
 #include "commands.h"
@@ -13,77 +11,26 @@
 #include "depthservo/servo/Metrics.h"
 #include "depthservo/servo/RunFolder.h"
 #include "findings.h"
+#include "observation.h"
 
 namespace depthservo {
 namespace {
 
 struct ReplayArguments {
-  std::string sequence, estimator, prior, baseline, out, tracker = "auto", motion = "auto";
-  std::string observe = "depth";
+  std::string sequence, baseline, out, tracker = "auto", motion = "auto", observe = "depth";
   SequenceOptions source;
-  double pixelNoise_px = 0;
-  std::vector<double> odometryNoise, focalGains;
-  std::optional<double> odometryScaleSigma, focalSigma, ke;
-  std::vector<std::string> joint;
+  ObservationArguments observation;
+  std::vector<double> focalGains;
   bool update = false, json = false;
 };
-
-[[noreturn]] void refuse(const std::string& option, const std::string& message) {
-  throw InputError({option, 0, ""}, message);
-}
-
-/// Z or Z:sigma in metres.
-void readPrior(const std::string& text, ReplayOptions& options) {
-  const auto number = [&](const std::string& part) {
-    double value = 0;
-    if (!CLI::detail::lexical_cast(part, value) || !(value > 0) || !std::isfinite(value)) {
-      refuse("--prior",
-             fmt::format("'{}' is not a depth; expected Z or Z:sigma in metres, both > 0, "
-                         "e.g. 1.5 or 1.5:0.2",
-                         text));
-    }
-    return value;
-  };
-  const std::size_t colon = text.find(':');
-  options.depth.initial = number(text.substr(0, colon));
-  if (colon != std::string::npos) options.priorSigma_Z = number(text.substr(colon + 1));
-}
-
-ReplayTracker trackerNamed(const std::string& name) {
-  if (name == "auto") return ReplayTracker::automatic;
-  if (name == "dots") return ReplayTracker::dots;
-  if (name == "tracks") return ReplayTracker::tracks;
-  if (name == "apriltag" || name == "klt") {
-    refuse("--tracker", fmt::format("'{}' is not in this version; use dots or tracks", name));
-  }
-  refuse("--tracker", fmt::format("'{}' is not known; expected dots or tracks", name));
-}
 
 ReplayMotion motionNamed(const std::string& name) {
   if (name == "auto") return ReplayMotion::automatic;
   if (name == "twist") return ReplayMotion::twist;
   if (name == "groundtruth") return ReplayMotion::groundtruth;
   if (name == "target") return ReplayMotion::target;
-  refuse("--motion", fmt::format("'{}' is not known; expected twist, groundtruth or target", name));
-}
-
-/// What the joint filter shall learn besides depths.
-Scenario::Joint jointNamed(const std::vector<std::string>& names) {
-  Scenario::Joint joint{false, false, false};
-  for (const std::string& name : names) {
-    if (name == "time-offset") {
-      joint.time_offset = true;
-    } else if (name == "gyro-bias") {
-      joint.gyro_bias = true;
-    } else if (name == "focal") {
-      joint.focal = true;
-    } else if (name != "none" || names.size() > 1) {
-      refuse("--joint", fmt::format("'{}' is not known; expected time-offset, gyro-bias and focal, "
-                                    "separated by commas, or none",
-                                    name));
-    }
-  }
-  return joint;
+  refuseOption("--motion",
+               fmt::format("'{}' is not known; expected twist, groundtruth or target", name));
 }
 
 ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequence) {
@@ -91,49 +38,11 @@ ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequen
   options.tracker = trackerNamed(arguments.tracker);
   options.motion = motionNamed(arguments.motion);
   if (arguments.observe != "depth" && arguments.observe != "focal") {
-    refuse("--observe",
-           fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
+    refuseOption("--observe",
+                 fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
   }
-  if (!arguments.estimator.empty()) {
-    options.depth.estimator = availableEstimator(arguments.estimator, {"--estimator", 0, ""});
-  }
-  if (!arguments.joint.empty()) {
-    if (arguments.estimator.empty()) options.depth.estimator = EstimatorKind::joint;
-    if (options.depth.estimator != EstimatorKind::joint) {
-      refuse("--joint", "is for --estimator joint");
-    }
-    options.depth.joint = jointNamed(arguments.joint);
-  }
-  if (options.depth.estimator == EstimatorKind::trueDepth) {
-    refuse("--estimator", "'true' is for simulated runs; use constant, or let it be observed");
-  }
-  if (arguments.ke) options.depth.pose.ke = arguments.ke;
-  if (!arguments.prior.empty()) readPrior(arguments.prior, options);
-  if (arguments.odometryNoise.size() == 2) {
-    const double sigma_v = arguments.odometryNoise[0], sigma_w = arguments.odometryNoise[1];
-    options.odometryNoise = sigma_v == 0 && sigma_w == 0 ? OdometryNoise::none()
-                                                         : OdometryNoise::white(sigma_v, sigma_w);
-  }
-  if (arguments.odometryScaleSigma) options.odometryScaleSigma = *arguments.odometryScaleSigma;
-  if (arguments.focalSigma) options.focalSigma = *arguments.focalSigma;
-  if (arguments.pixelNoise_px > 0) options.pixelNoise_px = arguments.pixelNoise_px;
+  apply(arguments.observation, sequence.tags().has_value(), options);
   return options;
-}
-
-void printTable(const RunLog& log) {
-  const Metrics metrics = computeMetrics(log);
-  fmt::print(stderr, "{}: {} frames, {:.2f} s\n", log.name, metrics.frames, metrics.duration_s);
-  for (const PointMetrics& point : metrics.points) {
-    fmt::print(stderr, "  point {}: Z {:.4g} +- {:.2g} m (2 sigma), {}, measured in {} frames",
-               point.id, point.Z, 2 * point.sigma_Z, toString(point.status), point.measured_frames);
-    if (std::isfinite(point.relative_error)) {
-      fmt::print(stderr, ", {:.2g} % from {:.4g} m", 100 * point.relative_error, point.Z_true);
-    }
-    if (point.status == DepthStatus::unexcited && !point.unexcited_because.empty()) {
-      fmt::print(stderr, ": {}", point.unexcited_because);
-    }
-    fmt::print(stderr, "\n");
-  }
 }
 
 /// The exit code of comparing with a baseline, told on stderr.
@@ -168,23 +77,16 @@ void printFocal(const FocalReplay& replay) {
                point.unexcited_because.empty() ? "" : ": ", point.unexcited_because, e.eta1, e.eta2,
                e.sigma_min, point.measured_frames);
   }
-  fmt::print(stderr, "focal length {:.5g} px, {}; the camera file says {:.6g} px\n",
-             replay.focal_px, toString(replay.status), replay.camera.fx);
-  fmt::print(stderr, "the camera is {:.3g} m ahead of the axis it turns about: ", replay.lever_m);
-  if (replay.Z) {
-    fmt::print(stderr, "without that, {:.5g} px for points at {:g} m\n", replay.compensated_px,
-               *replay.Z);
-  } else {
-    fmt::print(stderr, "divide by 1 + {:.3g} m/Z, or give Z with --prior\n", replay.lever_m);
-  }
+  fmt::print(stderr, "focal length {:.5g} px, {}; the camera file says {:.6g} px. {}\n",
+             replay.focal_px, toString(replay.status), replay.camera.fx, remark(replay));
 }
 
 int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence,
                       const ReplayOptions& options) {
-  if (!arguments.baseline.empty()) refuse("--baseline", "is for --observe depth");
+  if (!arguments.baseline.empty()) refuseOption("--baseline", "is for --observe depth");
   FocalReplayOptions focal;
   focal.replay = options;
-  if (!arguments.prior.empty()) focal.Z = options.depth.initial;
+  if (!arguments.observation.prior.empty()) focal.Z = options.depth.initial;
   if (arguments.focalGains.size() == 3) {
     focal.gains = {arguments.focalGains[0], arguments.focalGains[1], arguments.focalGains[2]};
   }
@@ -201,21 +103,22 @@ int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence
 }
 
 int replaySequence(const ReplayArguments& arguments) {
-  if (arguments.update && arguments.baseline.empty()) refuse("--update", "needs --baseline FILE");
+  if (arguments.update && arguments.baseline.empty())
+    refuseOption("--update", "needs --baseline FILE");
   const Sequence sequence(arguments.sequence, arguments.source);
   const ReplayOptions options = optionsOf(arguments, sequence);
   if (!arguments.baseline.empty() && !arguments.update) Baseline::load(arguments.baseline);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
-  for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
 
   if (arguments.observe == "focal") return replayFocalLength(arguments, sequence, options);
-  if (!arguments.focalGains.empty()) refuse("--focal-gains", "is for --observe focal");
+  if (!arguments.focalGains.empty()) refuseOption("--focal-gains", "is for --observe focal");
   RunLog log;
   {
     ProgressBar bar("replay " + sequence.name());
     log = replay(sequence, options, [&](double done) { bar.show(done); });
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
+  for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
   printTable(log);
   printFindings(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
@@ -230,53 +133,24 @@ void addReplay(CLI::App& app, int& exitCode) {
   auto a = std::make_shared<ReplayArguments>();
   command->add_option("SEQUENCE", a->sequence, "Folder: see doc/formats.md")->required();
   command
-      ->add_option("--tracker", a->tracker, "dots | tracks; default: dots where there are images")
+      ->add_option(
+          "--tracker", a->tracker,
+          "dots | apriltag | klt | tracks; default: the target's, dots where there are images")
       ->type_name("NAME");
-  command
-      ->add_option("--estimator", a->estimator,
-                   "constant | two-frame | nonlinear | window | filter (default) | joint")
-      ->type_name("NAME");
-  command->add_option("--ke", a->ke, "Gain of the estimator pose [1/s]; default: by the frame rate")
-      ->type_name("KE")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--prior", a->prior, "First guess of every depth [m], with its sigma if known")
-      ->type_name("Z[:SIGMA]");
+  addObservationOptions(*command, a->observation);
   command
       ->add_option("--motion", a->motion,
                    "twist | groundtruth | target; default: the first that the sequence has")
       ->type_name("SOURCE");
-  command->add_option("--pixel-noise", a->pixelNoise_px, "1 sigma per axis [px]; default 0.5")
-      ->type_name("PX")
-      ->check(CLI::PositiveNumber);
   command
-      ->add_option("--odometry-noise", a->odometryNoise,
-                   "White noise per twist row, 1 sigma [m/s],[rad/s]; 0,0: exact")
-      ->type_name("V,W")
-      ->delimiter(',')
-      ->expected(2)
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--odometry-scale-sigma", a->odometryScaleSigma,
-                   "Relative uncertainty of the translation, 1 sigma; for filter and joint")
-      ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--focal-sigma", a->focalSigma,
-                   "Relative uncertainty of the focal length, 1 sigma; for filter and joint")
-      ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--joint", a->joint,
-                   "What the joint filter learns besides depths: time-offset,gyro-bias,focal or "
-                   "none; default time-offset")
-      ->type_name("LIST")
-      ->delimiter(',');
-  command
-      ->add_option("--camera", a->source.camera,
-                   "camera_info file, or tum-fr1 | tum-fr2 | tum-fr3 | icl; default: camera.yaml")
+      ->add_option(
+          "--camera", a->source.camera,
+          "camera_info or EuRoC sensor.yaml, or tum-fr1 | tum-fr2 | tum-fr3 | icl; default: "
+          "camera.yaml")
       ->type_name("FILE");
-  command->add_option("--fps", a->source.fps, "Images per second of a plain image folder")
+  command
+      ->add_option("--fps", a->source.fps,
+                   "Images per second of a plain image folder, or of frame numbers")
       ->type_name("F")
       ->check(CLI::PositiveNumber);
   command->add_option("--observe", a->observe, "depth (default) | focal")->type_name("WHAT");

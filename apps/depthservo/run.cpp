@@ -3,8 +3,10 @@
 #include <memory>
 
 #include "ProgressBar.h"
+#include "TagLines.h"
 #include "View.h"
 #include "commands.h"
+#include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/Metrics.h"
 #include "depthservo/servo/RunFolder.h"
 #include "depthservo/servo/Scenario.h"
@@ -29,7 +31,7 @@ class Audience : public RunWatcher {
 
   void onFrame(const RunFrame& frame) override {
     bar_.show(frame.record.time_s / duration_s_);
-    if (view_) view_->show(frame);
+    if (view_) view_->show(*frame.image, frame.record, frame.log);
   }
 
  private:
@@ -37,6 +39,15 @@ class Audience : public RunWatcher {
   ProgressBar bar_;
   std::unique_ptr<View> view_;
 };
+
+/// \throw InputError there is no display, or the scenario has no images
+std::unique_ptr<View> viewOf(const Scenario& scenario) {
+  if (scenario.sensing.source != Scenario::Source::image) {
+    throw InputError({"--view", 0, ""}, "this scenario has no images (sensing.source: geometry)");
+  }
+  return std::make_unique<View>(ViewOptions{scenario.camera.width, scenario.camera.height,
+                                            scenario.camera.rate.front(), scenario.name, "--view"});
+}
 
 std::string verdict(const RunLog& log, const Metrics& metrics) {
   std::string text = fmt::format("{}: {} after {:.2f} s: {}", log.name, toString(log.outcome),
@@ -55,7 +66,7 @@ int exitCodeOf(const Scenario& scenario, Outcome outcome) {
 int runScenario(const RunArguments& arguments) {
   const Scenario scenario = Scenario::load(arguments.scenario, arguments.overrides);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
-  auto view = arguments.view ? std::make_unique<View>(scenario) : nullptr;
+  auto view = arguments.view ? viewOf(scenario) : nullptr;
 
   RunLog log;
   {
@@ -65,6 +76,7 @@ int runScenario(const RunArguments& arguments) {
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   fmt::print(stderr, "{}\n", verdict(log, computeMetrics(log)));
   printFindings(log);
+  printTags(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   if (arguments.json) fmt::print("{}\n", toJson(log));
 

@@ -4,12 +4,10 @@
 #include <cmath>
 
 #include "depth/poleMatched.h"
+#include "depthservo/depth/ObserverStep.h"
 
 namespace depthservo {
 namespace {
-
-/// wn times the settling time to 2 % of s^2 + 2 wn s + wn^2.
-constexpr double kSettling = 5.83;
 
 /// Natural frequency of 1/lambda over that of lambda: an error of 1/lambda holds up that of lambda.
 constexpr double kInverseFaster = 3;
@@ -20,7 +18,8 @@ constexpr double kConsistent = 0.1;
 /// Variances beyond which the estimate starts anew.
 constexpr double kBeyondSense = 1e12;
 
-double square(double a) { return a * a; }
+using detail::kSettling;
+using detail::square;
 
 /// Eigenvalues of a symmetric matrix, ascending; the smaller by the determinant, so that it is
 /// not lost beside a large one.

@@ -248,28 +248,29 @@ FrameRateCheck checkFrameRate(double fps, double ke, double kappa, double delta,
   require(fps > 0, "the frame rate must be positive", fps);
   // Conditions that do not contain gamma need some value for it.
   SampledGains g{kc.value_or(0), ke, delta, 1, kappa, 0};
-  FrameRateCheck check;
-  check.fps = fps;
+  check(g);
+  FrameRateCheck judged;
+  judged.fps = fps;
   const double infinity = std::numeric_limits<double>::infinity();
   const double step = ke / fps;
   if (kc) {
     const RegulationConditions c = regulationConditions(g);
     const double feasible = 2 * ke / std::log1p(kC * delta / (2 * std::sqrt(10.0)));
-    check.required_fps = c.eq23 ? std::max(*c.eq23, kappa > 0 ? feasible : 0) : infinity;
-    check.true_limit_fps = c.true_limit_fps;
+    judged.required_fps = c.eq23 ? std::max(*c.eq23, kappa > 0 ? feasible : 0) : infinity;
+    judged.true_limit_fps = c.true_limit_fps;
     g.gamma = leastRegulationGamma(step, g);
   } else {
     const double feasible = ke / std::log1p(delta / (2 * std::sqrt(2.0)));
-    check.required_fps = std::max(observerRate(ke, delta), kappa > 0 ? feasible : 0);
-    check.true_limit_fps = ke / 2;
+    judged.required_fps = std::max(observerRate(ke, delta), kappa > 0 ? feasible : 0);
+    judged.true_limit_fps = ke / 2;
     g.gamma = leastObserverGamma(step, g);
   }
-  const bool isGuaranteed = fps >= (1 - kFrameRateRounding) * check.required_fps;
-  check.verdict = isGuaranteed                 ? FrameRateVerdict::guaranteed
-                  : fps > check.true_limit_fps ? FrameRateVerdict::likely
-                                               : FrameRateVerdict::tooSlow;
-  check.bound = !isGuaranteed ? infinity : kc ? regulationBound(g) : observerBound(g);
-  return check;
+  const bool isGuaranteed = fps >= (1 - kFrameRateRounding) * judged.required_fps;
+  judged.verdict = isGuaranteed                  ? FrameRateVerdict::guaranteed
+                   : fps > judged.true_limit_fps ? FrameRateVerdict::likely
+                                                 : FrameRateVerdict::tooSlow;
+  judged.bound = !isGuaranteed ? infinity : kc ? regulationBound(g) : observerBound(g);
+  return judged;
 }
 
 }  // namespace depthservo

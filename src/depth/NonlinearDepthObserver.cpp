@@ -4,12 +4,6 @@
 #include <cmath>
 
 namespace depthservo {
-namespace {
-
-/// wn times the settling time to 2 % of s^2 + 2 wn s + wn^2.
-constexpr double kSettling = 5.83;
-
-}  // namespace
 
 using namespace detail;
 
@@ -137,6 +131,9 @@ DepthEstimate NonlinearDepthObserver::estimate() const {
   e.sigma_chi = std::min(std::sqrt(std::max(0.0, predicted_.cc)), DepthPrior::kLargestSigma_chi);
   e.sigma_xy = std::min(std::sqrt(std::max(0.0, predicted_.ll)), PointMeasurement::kLargestSigma);
   e.excitation = W_;
+  // At an end of its range a depth is held there, not found.
+  const bool isHeld = e.chi <= range_.clampChi(0) || e.chi * range_.Z_min >= 1;
+  const bool isSure = !isHeld && e.sigma_chi < kValidRelativeSigma * e.chi;
   switch (phase_) {
     case Phase::vague:
     case Phase::gone:
@@ -149,9 +146,9 @@ DepthEstimate NonlinearDepthObserver::estimate() const {
       e.status = DepthStatus::rejected;
       break;
     default:
-      e.status = !isExcited()                                ? DepthStatus::unexcited
-                 : e.sigma_chi < kValidRelativeSigma * e.chi ? DepthStatus::valid
-                                                             : DepthStatus::converging;
+      e.status = !isExcited() ? DepthStatus::unexcited
+                 : isSure     ? DepthStatus::valid
+                              : DepthStatus::converging;
   }
   return e;
 }

@@ -56,6 +56,7 @@ void WindowDepthEstimator::reset(const PointMeasurement& measurement, const Dept
   held_.covariance(2, 2) = usable.sigma_chi * usable.sigma_chi;
   isLearnt_ = false;
   sharpest_ = usable.sigma_chi;
+  vaguest_ = std::max(usable.sigma_chi, DepthPrior::kWideSigma_chi);
   sinceNewest_ = {};
   rejections_ = 0;
   fitWindow();
@@ -173,7 +174,7 @@ void WindowDepthEstimator::fitWindow() {
     const bool isContradiction = sigma > kVaguer * sharpest_;
     sharpest_ = isContradiction ? sigma : std::min(sigma, sharpest_);
   } else {
-    const double variance_chi = held_.covariance(2, 2);
+    const double variance_chi = std::min(held_.covariance(2, 2), vaguest_ * vaguest_);
     const PointMeasurement& m = newest_.point;
     held_.point = {m.x, m.y, range_.clampChi(held_.point.chi)};
     held_.covariance =

@@ -172,8 +172,9 @@ std::vector<ListedImage> plainImageFolder(const std::string& folder, double fps)
     series = name;
   }
   const InputError none({folder, 0, ""},
-                        "is not a sequence: it has no rgb.txt, no tracks.csv, no images in "
-                        "sequence.yaml and no numbered images (image.0001.pgm)");
+                        "is not a sequence: it has no rgb.txt, associations.txt, mav0/cam0 or "
+                        "tracks.csv, no images in sequence.yaml and no numbered images "
+                        "(image.0001.pgm)");
   if (!series) throw none;
   if (fps <= 0) {
     throw InputError({folder, 0, "--fps"}, "missing; a folder of numbered images has no times");
@@ -199,15 +200,6 @@ std::string findImageFolder(const std::string& folder, const std::string& sequen
     if (fs::is_directory(candidate, error)) return candidate.string();
   }
   return "";
-}
-
-std::vector<ListedImage> readImageList(const std::string& path, const std::string& folder) {
-  std::vector<ListedImage> images;
-  TextTable table(path, TextTable::Style::spaces, {"timestamp", "path"});
-  while (table.next()) {
-    images.push_back({table.time(), (fs::path(folder) / std::string(table.text(1))).string()});
-  }
-  return images;
 }
 
 /// Rows of (timestamp, id) tables, grouped by time; each (timestamp, id) once.
@@ -332,7 +324,84 @@ ReplayHints readHints(const detail::StrictMapping& settings) {
   return hints;
 }
 
+const std::vector<std::string>& settingsKeys() {
+  static const std::vector<std::string> keys = {"name", "depth_scale", "target",
+                                                "dots", "images",      "replay"};
+  return keys;
+}
+
+SequenceTarget targetOf(const StrictMapping& settings) {
+  SequenceTarget seen;
+  if (settings.has("target")) {
+    const StrictMapping target =
+        settings.mapping("target", {"type", "points", "radius", "family", "tags"});
+    const std::string type = target.has("type") ? target.text("type") : "dots";
+    if (type != "dots" && type != "apriltag") target.fail("type", "expected dots or apriltag");
+    const bool hasTags = type == "apriltag";
+    for (const char* key : {"points", "radius"}) {
+      if (hasTags && target.has(key)) target.fail(key, "is for type: dots");
+    }
+    for (const char* key : {"family", "tags"}) {
+      if (!hasTags && target.has(key)) target.fail(key, "is for type: apriltag");
+    }
+    if (hasTags) {
+      seen.tags = readTags(target);
+      if (seen.tags->hasSizes()) seen.target.points = seen.tags->corners();
+    } else {
+      for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
+        if (point[2] != 0) target.fail("points", "the dots lie on a flat plate, write z = 0");
+        seen.target.points.emplace_back(point[0], point[1], point[2]);
+      }
+      if (seen.target.points.empty()) target.fail("points", "expected at least 1 point");
+    }
+    if (target.has("radius")) seen.target.radius = target.number("radius", {0, 10}, "m");
+  }
+  if (settings.has("dots")) {
+    for (const auto& dot : settings.rows("dots", 2, kPixels, "px")) {
+      seen.dots.push_back({static_cast<int>(seen.dots.size()), dot[0], dot[1]});
+    }
+    if (!seen.target.points.empty() && seen.dots.size() != seen.target.points.size()) {
+      settings.fail("dots", fmt::format("expected one for each of the {} points of the target, got "
+                                        "{}",
+                                        seen.target.points.size(), seen.dots.size()));
+    }
+  }
+  if (settings.has("replay")) seen.hints = readHints(settings);
+  return seen;
+}
+
 }  // namespace
+
+SequenceTarget readTarget(const std::string& path) {
+  const detail::YamlValue root = detail::loadYaml(path);
+  const StrictMapping settings(root, path, "", settingsKeys());
+  SequenceTarget seen = targetOf(settings);
+  if (seen.target.points.empty() && seen.dots.empty() && !seen.tags) {
+    settings.fail("target",
+                  "missing: expected target: {type: dots, points: [...]}, or dots: [...]");
+  }
+  return seen;
+}
+
+std::vector<ListedImage> readImageList(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  std::vector<ListedImage> images;
+  TextTable table(path, TextTable::Style::spaces, {"timestamp", "path"});
+  while (table.next()) {
+    images.push_back({table.time(), (folder / std::string(table.text(1))).string()});
+  }
+  return images;
+}
+
+PinholeCamera loadCamera(const std::string& fileOrPreset) {
+  if (const auto preset = detail::cameraPreset(fileOrPreset)) return *preset;
+  if (!exists(fileOrPreset)) {
+    throw InputError({fileOrPreset, 0, ""},
+                     "there is no such file and no such preset; the nearest preset is " +
+                         nearestWord(fileOrPreset, detail::cameraPresetNames()));
+  }
+  return detail::readCamera(fileOrPreset).camera;
+}
 
 std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses) {
   std::vector<OdometryRow> rows;
@@ -389,7 +458,7 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
     if (options.fps > 0) {
       throw InputError({list, 0, "--fps"}, "is for folders of numbered images; rgb.txt has times");
     }
-    useImages(readImageList(list, folder_));
+    useImages(readImageList(list));
   } else if (const auto mav0 = detail::eurocFolder(folder_); mav0 && !hasImages_) {
     if (options.fps > 0) {
       throw InputError({*mav0, 0, "--fps"}, "is for folders of numbered images; cam0 has times");
@@ -409,7 +478,7 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
   if (!set.depthImages.empty()) {
     useDepth(std::move(set.depthImages), inFolder("associations.txt"));
   } else if (exists(depth)) {
-    useDepth(readImageList(depth, folder_), depth);
+    useDepth(readImageList(depth), depth);
   }
   if (exists(inFolder("twist.csv"))) readOdometry(inFolder("twist.csv"));
   poses_ = std::move(set.poses);
@@ -427,47 +496,16 @@ std::string Sequence::inFolder(const std::string& file) const {
 
 void Sequence::readSettings(const std::string& path, const SequenceOptions& options) {
   const detail::YamlValue root = detail::loadYaml(path);
-  const StrictMapping settings(root, path, "",
-                               {"name", "depth_scale", "target", "dots", "images", "replay"});
+  const StrictMapping settings(root, path, "", settingsKeys());
   if (settings.has("name")) name_ = settings.text("name");
   if (settings.has("depth_scale")) {
     depthScale_ = settings.number("depth_scale", Range::above(0, 1e6), "1/m");
   }
-  if (settings.has("target")) {
-    const StrictMapping target =
-        settings.mapping("target", {"type", "points", "radius", "family", "tags"});
-    const std::string type = target.has("type") ? target.text("type") : "dots";
-    if (type != "dots" && type != "apriltag") target.fail("type", "expected dots or apriltag");
-    const bool hasTags = type == "apriltag";
-    for (const char* key : {"points", "radius"}) {
-      if (hasTags && target.has(key)) target.fail(key, "is for type: dots");
-    }
-    for (const char* key : {"family", "tags"}) {
-      if (!hasTags && target.has(key)) target.fail(key, "is for type: apriltag");
-    }
-    if (hasTags) {
-      tags_ = readTags(target);
-      if (tags_->hasSizes()) target_.points = tags_->corners();
-    } else {
-      for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
-        if (point[2] != 0) target.fail("points", "the dots lie on a flat plate, write z = 0");
-        target_.points.emplace_back(point[0], point[1], point[2]);
-      }
-      if (target_.points.empty()) target.fail("points", "expected at least 1 point");
-    }
-    if (target.has("radius")) target_.radius = target.number("radius", {0, 10}, "m");
-  }
-  if (settings.has("dots")) {
-    for (const auto& dot : settings.rows("dots", 2, kPixels, "px")) {
-      dots_.push_back({static_cast<int>(dots_.size()), dot[0], dot[1]});
-    }
-    if (!target_.points.empty() && dots_.size() != target_.points.size()) {
-      settings.fail("dots", fmt::format("expected one for each of the {} points of the target, got "
-                                        "{}",
-                                        target_.points.size(), dots_.size()));
-    }
-  }
-  if (settings.has("replay")) hints_ = readHints(settings);
+  SequenceTarget seen = targetOf(settings);
+  target_ = std::move(seen.target);
+  tags_ = std::move(seen.tags);
+  dots_ = std::move(seen.dots);
+  hints_ = seen.hints;
   if (settings.has("images")) {
     const StrictMapping images = settings.mapping("images", {"folder", "pattern", "rate"});
     const std::string name = images.text("folder"), pattern = images.text("pattern");
@@ -498,16 +536,11 @@ void Sequence::readCamera(const SequenceOptions& options,
   if (options.camera.empty() && known) {
     camera_ = *known;
     cameraSource_ = inFolder("mav0/cam0/sensor.yaml");
-  } else if (const auto preset = detail::cameraPreset(options.camera)) {
-    camera_ = *preset;
-  } else if (exists(cameraSource_)) {
-    camera_ = detail::readCamera(cameraSource_).camera;
-  } else {
+  } else if (options.camera.empty() && !exists(cameraSource_)) {
     throw InputError({cameraSource_, 0, ""},
-                     options.camera.empty()
-                         ? std::string("missing; give --camera FILE|tum-fr1|tum-fr2|tum-fr3|icl")
-                         : "there is no such file and no such preset; the nearest preset is " +
-                               nearestWord(options.camera, detail::cameraPresetNames()));
+                     "missing; give --camera FILE|tum-fr1|tum-fr2|tum-fr3|icl");
+  } else {
+    camera_ = loadCamera(cameraSource_);
   }
   // A first image that cannot be read matters only to those who read images.
   if (hasImages_) {

@@ -75,7 +75,9 @@ std::vector<OdometryRow> TwistStream::read(double wait_s) {
   int wait_ms = isEnded_ ? 0 : static_cast<int>(std::ceil(1000 * std::max(0.0, wait_s)));
   for (std::size_t total = 0; total < kMostAtATime;) {
     pollfd state{file_, POLLIN, 0};
-    if (poll(&state, 1, wait_ms) <= 0 || !(state.revents & (POLLIN | POLLHUP))) break;
+    const int ready = poll(&state, 1, wait_ms);
+    wasInterrupted_ = ready < 0 && errno == EINTR;
+    if (ready <= 0 || !(state.revents & (POLLIN | POLLHUP))) break;
     wait_ms = 0;
     const ssize_t count = ::read(file_, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
@@ -85,7 +87,6 @@ std::vector<OdometryRow> TwistStream::read(double wait_s) {
       break;
     }
     isEnded_ = false;
-    hadBytes_ = true;
     take(bytes.data(), static_cast<std::size_t>(count), rows);
     total += static_cast<std::size_t>(count);
   }
@@ -100,7 +101,7 @@ void TwistStream::take(const char* bytes, std::size_t count, std::vector<Odometr
     if (line_.size() > kLongestLine && !isOverlong_) {
       isOverlong_ = true;
       ++counts_.malformed;
-      lastFault_ = fmt::format("a line of twists is longer than {} characters", kLongestLine);
+      note(fmt::format("a line is longer than {} characters", kLongestLine));
       line_.clear();
     }
     if (end == std::string_view::npos) return;
@@ -116,11 +117,10 @@ void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows
   const auto row = parsed(line);
   if (!row) {
     ++counts_.malformed;
-    lastFault_ = fmt::format("expected timestamp,vx,vy,vz,wx,wy,wz in numbers, got {}",
-                             detail::quoted(line));
+    note(fmt::format("expected timestamp,vx,vy,vz,wx,wy,wz, got {}", detail::quoted(line)));
   } else if (!(row->time_s > last_s_)) {
     ++counts_.notLater;
-    lastFault_ = fmt::format("a twist of {} s comes after one of {} s", row->time_s, last_s_);
+    note(fmt::format("one of {} s comes after one of {} s", row->time_s, last_s_));
   } else {
     ++counts_.rows;
     last_s_ = row->time_s;
@@ -130,16 +130,20 @@ void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows
 
 /// The last line of a file is whole without an end of line; that of a pipe may have lost digits.
 void TwistStream::endOfWriter(std::vector<OdometryRow>& rows) {
-  isEnded_ = isRegular_ || hadBytes_;
+  isEnded_ = true;
   if (isRegular_) {
     takeLine(trimmed(line_), rows);
   } else if (!line_.empty()) {
     ++counts_.torn;
-    lastFault_ =
-        fmt::format("the writer of the twists went away within the line {}", detail::quoted(line_));
+    note(fmt::format("the writer went away within the line {}", detail::quoted(line_)));
   }
   line_.clear();
   isOverlong_ = false;
+}
+
+void TwistStream::note(std::string fault) {
+  constexpr std::size_t kMost = 10;
+  if (faults_.size() < kMost) faults_.push_back(std::move(fault));
 }
 
 }  // namespace depthservo

@@ -41,7 +41,6 @@ struct MeasuredFrame {
 struct Measured {
   std::string name;
   double pixelNoise_px = 0;
-  double sigma = 0;  ///< of the image, normalised
   std::vector<int> ids;
   std::vector<MeasuredFrame> frames;
   std::vector<OdometryRow> rows;
@@ -69,7 +68,6 @@ void readLog(const RunLog& log, Measured& measured) {
     for (const FeatureRecord& feature : frame.features) ids.insert(feature.id);
   }
   measured.ids.assign(ids.begin(), ids.end());
-  measured.sigma = measured.pixelNoise_px / log.camera.focal_px();
   for (const FrameRecord& record : log.frames) {
     MeasuredFrame frame;
     frame.time_s = record.time_s;
@@ -77,7 +75,8 @@ void readLog(const RunLog& log, Measured& measured) {
     for (const FeatureRecord& feature : record.features) {
       const Eigen::Vector2d s = log.camera.normalise(feature.u, feature.v);
       if (feature.measured) {
-        frame.observations.push_back({feature.id, {s.x(), s.y(), measured.sigma}});
+        const double sigma = measured.pixelNoise_px / log.camera.focal_px(s.x(), s.y());
+        frame.observations.push_back({feature.id, {s.x(), s.y(), sigma}});
       }
       if (!(feature.Z_true > 0)) continue;
       const auto i = static_cast<std::size_t>(std::distance(ids.begin(), ids.find(feature.id)));
@@ -90,9 +89,11 @@ void readLog(const RunLog& log, Measured& measured) {
   }
 }
 
-bool isMeasured(const MeasuredFrame& frame, int id) {
-  return std::any_of(frame.observations.begin(), frame.observations.end(),
-                     [id](const PointObservation& o) { return o.id == id; });
+/// The measurement of a point; none: it is hidden.
+const PointMeasurement* measurementOf(const MeasuredFrame& frame, int id) {
+  const auto found = std::find_if(frame.observations.begin(), frame.observations.end(),
+                                  [id](const PointObservation& o) { return o.id == id; });
+  return found == frame.observations.end() ? nullptr : &found->measurement;
 }
 
 double rms(const std::vector<double>& values) {
@@ -236,7 +237,8 @@ class Limit {
     if (!bound_ && !isBegun_ && canBegin(frame)) begin(frame);
     if (!bound_) return;
     for (std::size_t j = 0; j < points_.size(); ++j) {
-      if (isMeasured(frame, measured_.ids[points_[j]])) bound_->measure(j, measured_.sigma);
+      const PointMeasurement* measurement = measurementOf(frame, measured_.ids[points_[j]]);
+      if (measurement) bound_->measure(j, measurement->sigma);
     }
     for (std::size_t j = 0; j < points_.size(); ++j) {
       relative[points_[j]] = std::hypot(bound_->relativeSigma(j), measured_.odometryScaleSigma);
@@ -246,7 +248,7 @@ class Limit {
  private:
   bool canBegin(const MeasuredFrame& frame) const {
     return std::all_of(points_.begin(), points_.end(), [&](std::size_t i) {
-      return std::isfinite(frame.truth[i].chi) && isMeasured(frame, measured_.ids[i]);
+      return std::isfinite(frame.truth[i].chi) && measurementOf(frame, measured_.ids[i]);
     });
   }
   void begin(const MeasuredFrame& frame) {
@@ -288,7 +290,7 @@ std::vector<ComparedEstimator> limitsOf(const Measured& measured) {
   std::vector<ComparedEstimator> limits{limitOf(measured, "limit", std::move(alone))};
   const MeasuredFrame& first = measured.frames.front();
   if (all.size() > 1 && all.size() <= kMostJoint && first.observations.size() == all.size()) {
-    limits.push_back(limitOf(measured, "joint limit", {Limit(measured, all)}));
+    limits.push_back(limitOf(measured, "joint-limit", {Limit(measured, all)}));
   }
   return limits;
 }
@@ -457,8 +459,8 @@ std::string csvOf(const Comparison& comparison) {
 
 std::string percent(double share) {
   if (!std::isfinite(share)) return "&ndash;";
-  return 100 * share < 1000 ? fmt::format("{:.3g} %", 100 * share)
-                            : fmt::format("{:.0f} %", 100 * share);
+  const bool isPlain = 100 * share < 1000 || 100 * share >= 1e6;
+  return isPlain ? fmt::format("{:.3g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
 
 /// One row of the page's table; the limit has no sigma of its own.

@@ -22,6 +22,13 @@ constexpr double kSettlingShare = 0.1, kFastest_s = 0.5, kSlowest_s = 5;
 /// A camera that turns less across its optical axis does not turn: rms [rad/s].
 constexpr double kLeastTurnRate = 1e-3;
 
+/// A camera that is this near the axis it turns about is on it [m].
+constexpr double kOnAxis_m = 1e-3;
+
+/// Settled estimates whose product with their inverse is this far from 1 deserve a word; settled:
+/// 1 sigma, relative.
+constexpr double kDisagreement = 0.05, kSettledSigma = 0.02;
+
 double square(double a) { return a * a; }
 
 CentredPixel centred(const PinholeCamera& camera, const FeatureRecord& feature, double sigma_px) {
@@ -210,9 +217,8 @@ Figure figureOf(const FocalReplay& replay) {
   figure.name = "focal";
   figure.title = fmt::format("Focal length in {}", replay.name);
   figure.caption =
-      "Focal length as each point tells it, against the one of the camera file (dashed); eta1 and "
-      "eta2: nothing is learnt while one of them stays zero; and the least singular value of the "
-      "excitation over the last second.";
+      "Focal length as each point tells it (the first six), against that of the camera file "
+      "(dashed), and how much the motion tells.";
   const auto panel = [](const char* title, const char* yLabel) {
     Panel p;
     p.title = title;
@@ -220,36 +226,41 @@ Figure figureOf(const FocalReplay& replay) {
     p.yLabel = yLabel;
     return p;
   };
-  Panel focal = panel("focal length", "lambda [px]"), eta = panel("eta1, eta2", "[px rad/s]");
-  Panel sigma = panel("sigma_min of the last second", "[rad^2/s]");
+  const int first = replay.points.front().id;
+  Panel focal = panel("focal length", "lambda [px]");
+  Panel eta = panel("", "eta [px rad/s]"), sigma = panel("", "sigma_min [rad^2/s]");
+  eta.title = fmt::format("eta1 and eta2 of point {}: nothing is learnt while one stays 0", first);
+  sigma.title = fmt::format("least singular value, point {}, last second", first);
   constexpr std::size_t kMostCurves = 6;
-  const std::size_t shown = std::min(replay.points.size(), kMostCurves);
   const double start_s = replay.records.front().time_s;
-  for (std::size_t i = 0; i < shown; ++i) {
-    const int id = replay.points[i].id;
-    Curve lambda, eta1, eta2, sigma_min;
-    lambda.title = fmt::format("point {}", id);
-    for (Curve* c : {&lambda, &eta1, &eta2, &sigma_min}) c->colour = static_cast<int>(i);
-    eta1.title = i == 0 ? "eta1" : "";
-    eta2.title = i == 0 ? "eta2" : "";
-    eta2.style = Curve::Style::dashed;
+  Curve eta1, eta2, sigma_min;
+  eta1.title = "eta1";
+  eta2.title = "eta2";
+  double highest_px = std::abs(replay.camera.fx);
+  for (std::size_t i = 0; i < std::min(replay.points.size(), kMostCurves); ++i) {
+    Curve lambda;
+    lambda.title = fmt::format("point {}", replay.points[i].id);
     for (const FocalRecord& r : replay.records) {
-      if (r.id != id) continue;
-      for (Curve* c : {&lambda, &eta1, &eta2, &sigma_min}) c->x.push_back(r.time_s - start_s);
+      if (r.id != replay.points[i].id) continue;
+      lambda.x.push_back(r.time_s - start_s);
       lambda.y.push_back(r.estimate.focal_px);
+      highest_px = std::max(highest_px, r.estimate.focal_px);
+      if (i > 0) continue;
+      for (Curve* c : {&eta1, &eta2, &sigma_min}) c->x.push_back(r.time_s - start_s);
       eta1.y.push_back(r.estimate.eta1);
       eta2.y.push_back(r.estimate.eta2);
       sigma_min.y.push_back(r.estimate.sigma_min);
     }
     focal.curves.push_back(std::move(lambda));
-    eta.curves.push_back(std::move(eta1));
-    eta.curves.push_back(std::move(eta2));
-    sigma.curves.push_back(std::move(sigma_min));
   }
+  eta.curves = {eta1, eta2};
+  sigma.curves = {sigma_min};
+  const double nominal_px = std::abs(replay.camera.fx);
+  focal.yRange = {0, 1.35 * std::min(highest_px, 3 * nominal_px)};
   Curve nominal;
   nominal.title = "camera file";
   nominal.x = {0, replay.duration_s};
-  nominal.y = {replay.camera.fx, replay.camera.fx};
+  nominal.y = {nominal_px, nominal_px};
   nominal.style = Curve::Style::dashed;
   nominal.colour = Curve::kBlack;
   focal.curves.push_back(nominal);
@@ -264,15 +275,8 @@ std::string reportPage(const FocalReplay& replay, const std::filesystem::path& p
   sheet.mood = replay.status == DepthStatus::valid ? "good" : "middling";
   sheet.verdict =
       fmt::format("focal length {:.5g} px, {}", replay.focal_px, toString(replay.status));
-  sheet.reason = fmt::format(
-      "The camera file says {:.6g} px. The camera turns about an axis {:.3g} m behind it, so a "
-      "point "
-      "at depth Z shows the focal length times 1 + {:.3g} m/Z.",
-      replay.camera.fx, replay.lever_m, replay.lever_m);
-  if (replay.Z) {
-    sheet.reason +=
-        fmt::format(" With Z = {:g} m that makes {:.5g} px.", *replay.Z, replay.compensated_px);
-  }
+  sheet.reason =
+      fmt::format("The camera file says {:.6g} px. {}", replay.camera.fx, remark(replay));
   const Figure figure = figureOf(replay);
   if (std::filesystem::exists(plot)) {
     sheet.body += fmt::format(
@@ -296,6 +300,32 @@ std::string reportPage(const FocalReplay& replay, const std::filesystem::path& p
 }
 
 }  // namespace
+
+std::string remark(const FocalReplay& replay) {
+  std::string text;
+  if (std::abs(replay.lever_m) < kOnAxis_m) {
+    text = "The camera turns about its optical centre.";
+  } else {
+    text =
+        fmt::format("The camera is {:.3g} m {} the axis it turns about: ", std::abs(replay.lever_m),
+                    replay.lever_m > 0 ? "ahead of" : "behind");
+    text += replay.Z ? fmt::format("without that, {:.5g} px for points at {:g} m.",
+                                   replay.compensated_px, *replay.Z)
+                     : fmt::format("divide by 1 {} {:.3g} m/Z, or give Z with --prior.",
+                                   replay.lever_m > 0 ? '+' : '-', std::abs(replay.lever_m));
+  }
+  for (const FocalPoint& point : replay.points) {
+    const FocalEstimate& e = point.estimate;
+    const bool isSettled = e.sigma_focal_px < kSettledSigma * e.focal_px;
+    if (!isSettled || std::abs(e.consistency() - 1) < kDisagreement) continue;
+    text += fmt::format(
+        " Lambda and 1/lambda, estimated apart, disagree by {:.2g} % at point {}: the camera also "
+        "translates, or the odometry is wrong.",
+        100 * std::abs(e.consistency() - 1), point.id);
+    break;
+  }
+  return text;
+}
 
 FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& options,
                         const std::function<void(double)>& progress) {

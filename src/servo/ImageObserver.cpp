@@ -4,21 +4,35 @@
 
 #include <algorithm>
 
+#include "servo/Stopwatch.h"
 #include "servo/expectedPoints.h"
 
 namespace depthservo {
+namespace {
+
+/// A point is given up after four rejections in a row; or, since the filters start a young point
+/// anew after two, after a dozen images of which every other one is rejected.
+constexpr int kRejection = 2, kMostRejections = 8;
+
+}  // namespace
 
 ImageObserver::ImageObserver(Parts parts)
     : parts_(std::move(parts)),
-      estimator_(makeEstimator(parts_.estimator, parts_.ids.size())),
+      estimator_(makeEstimator(parts_.estimator,
+                               parts_.capacity > 0 ? parts_.capacity : parts_.ids.size())),
       frameRate_(parts_.estimator),
       odometry_(parts_.odometryCapacity) {
   if (parts_.followed) {
     targetPose_.emplace(*parts_.followed, parts_.camera);
-  } else if (parts_.estimator.depth.estimator != EstimatorKind::pose) {
+  } else if (parts_.capacity == 0 && parts_.estimator.depth.estimator != EstimatorKind::pose) {
     diagnosis_.emplace(parts_.ids.size(), parts_.declaredNoise,
                        parts_.pixelNoise_px / parts_.camera.focal_px(), parts_.prior,
                        parts_.estimator.depth.range(), jointStatesOf(*estimator_));
+  }
+  if (parts_.tags) {
+    const bool isOwn = parts_.takesTrackersNoise;
+    tags_.emplace(*parts_.tags, parts_.camera,
+                  isOwn ? std::nullopt : std::optional(parts_.pixelNoise_px));
   }
   for (const int id : parts_.ids) estimator_->setPrior(id, parts_.prior);
 }
@@ -30,13 +44,23 @@ bool ImageObserver::isCovered(double time_s) {
 
 FrameRecord ImageObserver::observe(const Input& input) {
   readOdometry(input.time_s);
+  Stopwatch watch;
   const std::vector<TrackedPoint> points = track(input);
+  trackingTimes_.push_back(watch.lap());
+  if (parts_.capacity > 0) renewPoints(points);
   const std::optional<TargetPose::Result> pose = followTarget(input.time_s, points);
   const Coverage coverage = estimator_->advance(odometry_, input.time_s);
   noteCoverage(input.time_s, coverage);
   const bool isUsed =
       input.isMotionKnown && coverage != Coverage::afterEnd && coverage != Coverage::reversed;
   if (isUsed) correct(input.time_s, points);
+  if (parts_.capacity > 0) giveUpMovingPoints();
+  if (tags_) {
+    for (std::string& event : tags_->compare(points, *estimator_)) {
+      events_.push_back({input.time_s, std::move(event)});
+    }
+  }
+  estimationTimes_.push_back(watch.lap());
   if (const auto news = frameRate_.watch(*estimator_)) {
     events_.push_back({input.time_s, *news});
   }
@@ -47,7 +71,7 @@ FrameRecord ImageObserver::observe(const Input& input) {
     DepthEstimate estimate = estimator_->estimate(id);
     if (estimate.status == DepthStatus::unset) continue;
     if (diagnosis_) estimate = diagnosis_->honest(estimate);
-    if (!isUsed) estimate.status = std::min(estimate.status, DepthStatus::coasting);
+    if (!isUsed && estimate.status != DepthStatus::lost) estimate.status = DepthStatus::coasting;
     const auto point = std::find_if(points.begin(), points.end(),
                                     [id](const TrackedPoint& p) { return p.id == id; });
     const bool isMeasured = isUsed && point != points.end();
@@ -110,7 +134,8 @@ void ImageObserver::correct(double time_s, const std::vector<TrackedPoint>& poin
   observations_.clear();
   for (const TrackedPoint& point : points) {
     const Eigen::Vector2d s = parts_.camera.normalise(point.u, point.v);
-    const double sigma = parts_.pixelNoise_px / parts_.camera.focal_px(s.x(), s.y());
+    const double sigma_px = parts_.takesTrackersNoise ? point.sigma_px : parts_.pixelNoise_px;
+    const double sigma = sigma_px / parts_.camera.focal_px(s.x(), s.y());
     observations_.push_back({point.id, {s.x(), s.y(), sigma}});
   }
   estimator_->correct(observations_);
@@ -125,6 +150,9 @@ void ImageObserver::finish(RunLog& log) {
   if (diagnosis_) log.diagnosis = diagnosis_->result();
   log.joint = jointStatesOf(*estimator_);
   log.frameRate = frameRate_.report();
+  if (tags_) log.tags = tags_->results();
+  log.timings.emplace_back("tracking", std::move(trackingTimes_));
+  log.timings.emplace_back("estimation", std::move(estimationTimes_));
 }
 
 double ImageObserver::trueDepth(const Input& input, const FeatureRecord& feature,
@@ -137,10 +165,40 @@ double ImageObserver::trueDepth(const Input& input, const FeatureRecord& feature
   if (input.depth && feature.measured) {
     if (const auto Z = input.depth->at(feature.u, feature.v)) return *Z;
   }
+  const bool hasTruth = input.depth || (input.truth && !input.truth->empty());
+  if (tags_ && !hasTruth) return tags_->depthByPose(feature.id);
   if (!pose || feature.id < 0) return kUnknown;
   const auto index = static_cast<std::size_t>(feature.id);
   return index < parts_.followed->points.size() ? (pose->cMo * parts_.followed->points[index]).z()
                                                 : kUnknown;
+}
+
+/// Points that the tracker has found, or will not give again; ids stay ascending.
+void ImageObserver::renewPoints(const std::vector<TrackedPoint>& points) {
+  std::vector<int>& ids = parts_.ids;
+  for (const int id : parts_.tracker->retired()) {
+    estimator_->retire(id);
+    const auto place = std::lower_bound(ids.begin(), ids.end(), id);
+    if (place != ids.end() && *place == id) ids.erase(place);
+  }
+  for (const TrackedPoint& point : points) {
+    const auto place = std::lower_bound(ids.begin(), ids.end(), point.id);
+    if (place != ids.end() && *place == point.id) continue;
+    if (estimator_->setPrior(point.id, parts_.prior)) ids.insert(place, point.id);
+  }
+}
+
+/// A point whose measurements go on contradicting the camera's motion moves by itself, or is the
+/// seam of two things at different depths.
+void ImageObserver::giveUpMovingPoints() {
+  for (const int id : parts_.ids) {
+    const bool isRejected = estimator_->estimate(id).status == DepthStatus::rejected;
+    int& count = rejections_[id];
+    count = isRejected ? count + kRejection : std::max(0, count - 1);
+    if (count < kMostRejections) continue;
+    parts_.tracker->giveUp(id);
+    rejections_.erase(id);
+  }
 }
 
 void ImageObserver::noteCoverage(double time_s, Coverage coverage) {

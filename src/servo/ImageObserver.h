@@ -3,6 +3,7 @@
 #include <visp3/core/vpImage.h>
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -20,6 +21,7 @@
 #include "depthservo/visp.h"
 #include "servo/FrameRateMonitor.h"
 #include "servo/SelfDiagnosis.h"
+#include "servo/TagSizeMonitor.h"
 #include "servo/makeEstimator.h"
 
 namespace depthservo {
@@ -34,9 +36,14 @@ class ImageObserver {
  public:
   struct Parts {
     PinholeCamera camera;
-    double pixelNoise_px = 0.5;  ///< 1 sigma per axis told to the estimator
-    std::vector<int> ids;        ///< every id that may be found, ascending
-    DepthPrior prior;            ///< of every point
+    double pixelNoise_px = 0.5;       ///< 1 sigma per axis told to the estimator
+    bool takesTrackersNoise = false;  ///< the tracker's sigma of each point instead
+    std::vector<int> ids;             ///< every id that may be found, ascending
+    /// Greatest number of points at once where the tracker chooses them and their ids come and go;
+    /// 0: as many as ids.
+    std::size_t capacity = 0;
+    std::optional<AprilTagTarget> tags;  ///< whose sizes are compared with the observed depths
+    DepthPrior prior;                    ///< of every point
     EstimatorSetup estimator;
     OdometryNoise declaredNoise;            ///< of the odometry, for the diagnosis
     std::unique_ptr<PointTracker> tracker;  ///< none: points come with the input
@@ -84,6 +91,8 @@ class ImageObserver {
   void correct(double time_s, const std::vector<TrackedPoint>& points);
   double trueDepth(const Input& input, const FeatureRecord& feature,
                    const std::optional<TargetPose::Result>& pose) const;
+  void renewPoints(const std::vector<TrackedPoint>& points);
+  void giveUpMovingPoints();
   void noteCoverage(double time_s, Coverage coverage);
 
   Parts parts_;
@@ -91,6 +100,9 @@ class ImageObserver {
   FrameRateMonitor frameRate_;
   std::optional<SelfDiagnosis> diagnosis_;  // none where images would be judged by themselves,
                                             // nor of a known target, which may move
+  std::optional<TagSizeMonitor> tags_;
+  std::map<int, int> rejections_;                        // by id, weighted, less those accepted
+  std::vector<double> trackingTimes_, estimationTimes_;  // by image [s]
   std::optional<TargetPose> targetPose_;
   std::optional<CameraPose> lastPose_;
   std::deque<OdometryRow> waiting_;

@@ -7,9 +7,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "depthservo/tracking/DotTracker.h"
 #include "servo/ImageObserver.h"
-#include "servo/makeEstimator.h"
+#include "servo/makeTracker.h"
 
 namespace depthservo {
 namespace {
@@ -20,45 +19,37 @@ constexpr std::size_t kOdometryRows = 16384;
 constexpr std::size_t kFramesWithoutLog = 600;
 constexpr std::size_t kMostFaultsTold = 20;
 
-std::unique_ptr<PointTracker> trackerOf(const LiveOptions& options) {
-  if (options.dots.empty()) return std::make_unique<DotTracker>(options.target);
-  std::vector<Eigen::Vector2d> starts;
-  for (const PixelPoint& dot : options.dots) starts.emplace_back(dot.u, dot.v);
-  return std::make_unique<DotTracker>(starts);
-}
-
-ImageObserver::Parts partsOf(const LiveOptions& options, bool followsTarget) {
+ImageObserver::Parts partsOf(const LiveOptions& options, ReplayTracker tracker,
+                             bool followsTarget) {
   const ReplayOptions& o = options.observation;
   ImageObserver::Parts parts;
   parts.camera = options.camera;
   parts.pixelNoise_px = o.pixelNoise_px;
-  const std::size_t count =
-      options.dots.empty() ? options.target.points.size() : options.dots.size();
-  for (std::size_t i = 0; i < count; ++i) parts.ids.push_back(static_cast<int>(i));
   parts.prior = DepthPrior{o.depth.initial};
   if (o.priorSigma_Z) parts.prior.sigma_chi = *o.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
-  parts.estimator = {o.depth, noiseOf(o), o.odometryScaleSigma, options.target};
+  parts.estimator = {o.depth, noiseOf(o), o.odometryScaleSigma, options.target.target};
   parts.declaredNoise = o.odometryNoise.value_or(OdometryNoise());
   if (options.rate > 0) parts.estimator.frameRate = options.rate;
   parts.estimator.sigma = o.pixelNoise_px / options.camera.focal_px();
-  parts.tracker = trackerOf(options);
-  if (followsTarget) parts.followed = options.target;
+  putTracker(parts, options.target, tracker, o);
+  if (followsTarget) parts.followed = options.target.target;
   parts.odometryCapacity = kOdometryRows;
   return parts;
 }
 
-std::string configurationOf(const LiveOptions& options, bool followsTarget) {
+std::string configurationOf(const LiveOptions& options, ReplayTracker tracker, bool followsTarget) {
   const ReplayOptions& o = options.observation;
-  nlohmann::ordered_json json{{"tracker", "dots"},
+  nlohmann::ordered_json json{{"tracker", nameOf(tracker)},
                               {"motion", followsTarget ? "target" : "twist"},
                               {"estimator", toString(o.depth.estimator)},
                               {"prior_Z", o.depth.initial},
                               {"prior_sigma_Z", nullptr},
-                              {"pixel_noise", o.pixelNoise_px},
+                              {"pixel_noise", nullptr},
                               {"odometry_noise", nullptr},
                               {"odometry_scale_sigma", o.odometryScaleSigma},
                               {"Z_min", o.depth.Z_min},
                               {"Z_max", o.depth.Z_max}};
+  if (o.isPixelNoiseGiven || !measuresNoise(tracker)) json["pixel_noise"] = o.pixelNoise_px;
   if (o.priorSigma_Z) json["prior_sigma_Z"] = *o.priorSigma_Z;
   if (const auto& noise = o.odometryNoise) {
     json["odometry_noise"] = {noise->sigma_v, noise->sigma_w};
@@ -76,7 +67,7 @@ class TwistFeed {
   void feed(ImageObserver& observer, double time_s, std::vector<Event>& events) {
     take(observer, 0);
     const auto start = Clock::now();
-    while (!stream_.isEnded() && !isEnough(observer, time_s)) {
+    while (!stream_.isEnded() && !stream_.wasInterrupted() && !isEnough(observer, time_s)) {
       const double waited_s = std::chrono::duration<double>(Clock::now() - start).count();
       if (isLate_ || waited_s >= patience_s_) break;
       take(observer, patience_s_ - waited_s);
@@ -86,8 +77,9 @@ class TwistFeed {
     if (!isLate && isLate_) events.push_back({time_s, "twists are in time again"});
     isLate_ = isLate;
     tellFaults(time_s, events);
-    if (stream_.isEnded() != wasEnded_) {
-      wasEnded_ = stream_.isEnded();
+    const bool isEnded = stream_.isEnded() && !observer.isCovered(time_s);
+    if (isEnded != wasEnded_) {
+      wasEnded_ = isEnded;
       events.push_back(
           {time_s, wasEnded_ ? "the stream of twists has ended" : "the stream of twists goes on"});
     }
@@ -105,40 +97,33 @@ class TwistFeed {
   }
 
   void tellFaults(double time_s, std::vector<Event>& events) {
-    const std::size_t refused = stream_.counts().refused();
-    if (refused == refused_) return;
-    if (told_ < kMostFaultsTold) {
-      events.push_back({time_s, fmt::format("{} of the twists' lines refused: {}",
-                                            refused - refused_, stream_.lastFault())});
-      ++told_;
+    for (const std::string& fault : stream_.takeFaults()) {
+      if (told_++ < kMostFaultsTold) events.push_back({time_s, "twists: " + fault});
     }
-    refused_ = refused;
   }
 
   TwistStream& stream_;
   double patience_s_;
   bool isLive_, isLate_ = false, wasEnded_ = false;
-  std::size_t refused_ = 0, told_ = 0;
+  std::size_t told_ = 0;
 };
 
 }  // namespace
 
 Live::Live(const LiveOptions& options, ImageSource& images, TwistStream* twists)
-    : options_(options), images_(images), twists_(twists) {
-  if (options.dots.empty() && options.target.points.size() < 4) {
+    : options_(options),
+      images_(images),
+      twists_(twists),
+      tracker_(chooseTracker(options.target, options.observation.tracker, options.name)) {
+  if (!twists && options.target.target.points.size() < 4) {
     throw InputError({options.name, 0, ""},
-                     "nothing to track: needs a target of at least four points, or start positions "
-                     "of dots");
-  }
-  if (!twists && options.target.points.size() < 4) {
-    throw InputError({options.name, 0, ""},
-                     "the camera's motion is unknown: needs a stream of twists or a target of at "
-                     "least four points");
+                     "the camera's motion is unknown: needs a stream of twists, or a target of at "
+                     "least four points or of AprilTags with their size");
   }
 }
 
 RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
-  ImageObserver observer(partsOf(options_, !twists_));
+  ImageObserver observer(partsOf(options_, tracker_, !twists_));
   std::optional<TwistFeed> feed;
   if (twists_) feed.emplace(*twists_, options_.patience_s, images_.isLive());
 
@@ -146,7 +131,7 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
   log.command = "live";
   log.name = options_.name;
   log.camera = options_.camera;
-  log.configuration = configurationOf(options_, !twists_);
+  log.configuration = configurationOf(options_, tracker_, !twists_);
   TimedImage image;
   double first_s = kUnknown, last_s = kUnknown;
   const auto keep = [&](const char* stem) {
@@ -166,7 +151,10 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
       first_s = image.time_s;
       if (options_.keepsLog) keep("first");
     }
-    if (options_.duration_s > 0 && image.time_s - first_s > options_.duration_s) break;
+    if (options_.duration_s > 0 && image.time_s - first_s > options_.duration_s) {
+      log.reason = "the duration is over";
+      break;
+    }
     // The clock of a camera's images may be set back.
     if (image.time_s <= last_s) {
       log.events.push_back({last_s, "an image is not later than the one before: left out"});
@@ -186,7 +174,7 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
     const LiveFrame frame{log.frames.back(), image.image, log,
                           twists_ ? &twists_->counts() : nullptr};
     if (watch && !watch(frame)) {
-      log.events.push_back({last_s, "stopped by the user"});
+      log.reason = "stopped by the user";
       break;
     }
   }
@@ -196,13 +184,13 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
   }
   if (options_.keepsLog) keep("last");
   observer.finish(log);
-  if (!images_.whyEnded().empty()) log.events.push_back({last_s, images_.whyEnded()});
+  if (log.reason.empty()) log.reason = images_.whyEnded();
   if (twists_) {
     const TwistStream::Counts& c = twists_->counts();
-    log.events.push_back(
-        {last_s, fmt::format("twists: {} rows, refused {} malformed, {} torn, {} not later", c.rows,
-                             c.malformed, c.torn, c.notLater)});
+    log.reason += fmt::format("; twists: {} rows, refused {} malformed, {} torn, {} not later",
+                              c.rows, c.malformed, c.torn, c.notLater);
   }
+  log.events.push_back({last_s, log.reason});
   return log;
 }
 

@@ -92,6 +92,10 @@ Metrics computeMetrics(const RunLog& log) {
         point.time_to_5pct_s = frame.time_s - log.frames.front().time_s;
       }
       ++(feature.measured ? point.measured_frames : point.hidden_frames);
+      if (feature.measured && feature.estimate.status == DepthStatus::rejected) {
+        ++point.rejected_frames;
+        ++metrics.rejected_measurements;
+      }
       if (point.hidden_frames > 0) {
         metrics.max_gap_s = std::max(metrics.max_gap_s, frame.time_s - lastMeasured_s);
       }
@@ -104,6 +108,8 @@ Metrics computeMetrics(const RunLog& log) {
   }
   for (const auto& [id, story] : stories) {
     metrics.points.push_back(story.point);
+    const DepthStatus last = story.point.status;
+    if (last == DepthStatus::rejected || last == DepthStatus::lost) ++metrics.rejected_points;
     metrics.final_depth_error_max =
         std::fmax(metrics.final_depth_error_max, story.point.relative_error);
   }
@@ -185,6 +191,7 @@ std::string toJson(const RunLog& log) {
                       {"time_to_5pct_s", point.time_to_5pct_s},
                       {"measured_frames", point.measured_frames},
                       {"hidden_frames", point.hidden_frames},
+                      {"rejected_frames", point.rejected_frames},
                       {"unexcited_s", point.unexcited_s},
                       {"unexcited_because", nullptr}});
     if (!point.unexcited_because.empty()) {
@@ -202,7 +209,19 @@ std::string toJson(const RunLog& log) {
                      {"min_border_px", metrics.min_border_px},
                      {"all_in_image", metrics.all_in_image},
                      {"final_depth_error_max", metrics.final_depth_error_max},
-                     {"coverage_2sigma", metrics.coverage_2sigma}};
+                     {"coverage_2sigma", metrics.coverage_2sigma},
+                     {"rejected_measurements", metrics.rejected_measurements},
+                     {"rejected_points", metrics.rejected_points}};
+  if (!log.tags.empty()) {
+    json["tags"] = Json::array();
+    for (const TagRecord& tag : log.tags) {
+      json["tags"].push_back({{"id", tag.id},
+                              {"size", tag.size},
+                              {"observed_size", tag.observed_size},
+                              {"sigma", tag.sigma},
+                              {"disagrees", tag.disagrees}});
+    }
+  }
   if (log.diagnosis) json["diagnosis"] = toJson(*log.diagnosis);
   if (log.joint) json["joint"] = toJson(*log.joint, log.camera.focal_px());
   json["points"] = std::move(points);

@@ -64,7 +64,8 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::atExposure(
 std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const RunLog& log, Basis basis) {
   const FrameRecord& frame = log.frames.back();
   const double now_s = frame.time_s;
-  tracking_.update(basis == Basis::features, now_s);
+  tracking_.update(basis == Basis::features || basis == Basis::slowed, now_s);
+  unhindered_.update(basis == Basis::features, now_s);
   waiting_.update(basis == Basis::waiting, now_s);
   lost_.update(basis == Basis::nothing, now_s);
   if (basis == Basis::nothing) {
@@ -96,7 +97,7 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const RunLog& lo
                                "tolerance {:g} px",
                                error_px, kHold_s, tolerance_px_)};
   }
-  if (tracking_.lasts(kStall_s, now_s) && isSeen(log) && !hasProgress(log)) {
+  if (unhindered_.lasts(kStall_s, now_s) && isSeen(log) && !hasProgress(log)) {
     return Verdict{Outcome::stalled,
                    fmt::format("no progress for {:g} s with an image error of {:.1f} px rms",
                                kStall_s, error_px)};

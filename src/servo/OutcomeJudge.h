@@ -26,6 +26,7 @@ class OutcomeJudge {
   /// What the command is based on.
   enum class Basis {
     features,  ///< measured, or predicted well enough
+    slowed,    ///< the same, but the robot is held back: hidden features are predicted vaguely
     waiting,   ///< the robot stands still: hidden features are predicted too vaguely
     nothing,   ///< a feature is lost
   };
@@ -56,7 +57,7 @@ class OutcomeJudge {
   double firstError_px_ = kUnknown;
   std::optional<std::size_t> outside_;  // a dot that is not in the image now,
   World::TruePoint outsideAt_{};        // where it left it
-  Since tracking_, lost_, waiting_, away_;
+  Since tracking_, unhindered_, lost_, waiting_, away_;
 };
 
 }  // namespace depthservo

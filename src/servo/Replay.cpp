@@ -7,10 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "depthservo/tracking/DotTracker.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "servo/ImageObserver.h"
+#include "servo/Stopwatch.h"
 #include "servo/makeEstimator.h"
+#include "servo/makeTracker.h"
 #include "servo/unexcited.h"
 
 #ifdef VISP_NAMESPACE_NAME
@@ -25,25 +26,6 @@ constexpr double kUsualRate = 30;
 
 [[noreturn]] void refuse(const Sequence& sequence, const std::string& message) {
   throw InputError({sequence.folder(), 0, ""}, message);
-}
-
-ReplayTracker chooseTracker(const Sequence& sequence, ReplayTracker wanted) {
-  const bool canSeeDots =
-      sequence.hasImages() && (!sequence.dots().empty() || !sequence.target().points.empty());
-  if (wanted == ReplayTracker::automatic) {
-    wanted = sequence.hasImages() ? ReplayTracker::dots : ReplayTracker::tracks;
-  }
-  if (wanted == ReplayTracker::dots && !canSeeDots) {
-    refuse(sequence,
-           sequence.hasImages()
-               ? "no dots to track: give their start positions as 'dots: [[u, v], ...]' or the "
-                 "'target' in sequence.yaml"
-               : "--tracker dots needs images (rgb.txt)");
-  }
-  if (wanted == ReplayTracker::tracks && !sequence.hasTracks()) {
-    refuse(sequence, "no tracks.csv and no images: there are no points to observe");
-  }
-  return wanted;
 }
 
 ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
@@ -74,24 +56,11 @@ ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
   return wanted;
 }
 
-std::unique_ptr<PointTracker> makeTracker(const Sequence& sequence) {
-  if (sequence.dots().empty()) return std::make_unique<DotTracker>(sequence.target());
-  std::vector<Eigen::Vector2d> starts;
-  for (const PixelPoint& dot : sequence.dots()) starts.emplace_back(dot.u, dot.v);
-  return std::make_unique<DotTracker>(starts);
-}
-
-/// Every id the tracker may give, ascending.
-std::vector<int> allIds(const Sequence& sequence, ReplayTracker tracker) {
+/// Every id in tracks.csv, ascending.
+std::vector<int> idsOfTracks(const Sequence& sequence) {
   std::set<int> ids;
-  if (tracker == ReplayTracker::tracks) {
-    for (const SequenceFrame& frame : sequence.frames()) {
-      for (const PixelPoint& point : frame.tracks) ids.insert(point.id);
-    }
-  } else {
-    const std::size_t count =
-        sequence.dots().empty() ? sequence.target().points.size() : sequence.dots().size();
-    for (std::size_t i = 0; i < count; ++i) ids.insert(static_cast<int>(i));
+  for (const SequenceFrame& frame : sequence.frames()) {
+    for (const PixelPoint& point : frame.tracks) ids.insert(point.id);
   }
   return {ids.begin(), ids.end()};
 }
@@ -162,6 +131,7 @@ class Replayer {
       if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(count));
     }
     observer_.finish(log_);
+    log_.timings.emplace(log_.timings.begin(), "image", std::move(imageTimes_));
     return std::move(log_);
   }
 
@@ -170,14 +140,14 @@ class Replayer {
     ImageObserver::Parts parts;
     parts.camera = sequence_.camera();
     parts.pixelNoise_px = options.pixelNoise_px;
-    parts.ids = allIds(sequence_, trackerKind_);
+    if (trackerKind_ == ReplayTracker::tracks) parts.ids = idsOfTracks(sequence_);
     parts.prior = DepthPrior{options.depth.initial};
     if (options.priorSigma_Z) {
       parts.prior.sigma_chi = *options.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
     }
     parts.estimator = setupOf(sequence_, options);
     parts.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
-    if (trackerKind_ == ReplayTracker::dots) parts.tracker = makeTracker(sequence_);
+    putTracker(parts, targetOf(sequence_), trackerKind_, options);
     if (motionKind_ == ReplayMotion::target) parts.followed = sequence_.target();
     parts.odometryCapacity = std::max(
         {sequence_.frames().size(), sequence_.odometry().size(), sequence_.poses().size()});
@@ -197,7 +167,9 @@ class Replayer {
     input.isMotionKnown = isMotionKnown(source.time_s);
     vpImage<unsigned char> image;
     if (trackerKind_ != ReplayTracker::tracks) {
+      Stopwatch watch;
       image = sequence_.readImage(k);
+      imageTimes_.push_back(watch.lap());
       input.image = &image;
       if (k == 0 || k + 1 == sequence_.frames().size()) {
         log_.images.emplace_back(
@@ -229,19 +201,22 @@ class Replayer {
     log_.name = sequence_.name();
     log_.camera = sequence_.camera();
     nlohmann::ordered_json configuration{
-        {"tracker", trackerKind_ == ReplayTracker::dots ? "dots" : "tracks"},
+        {"tracker", nameOf(trackerKind_)},
         {"motion", motionKind_ == ReplayMotion::twist         ? "twist"
                    : motionKind_ == ReplayMotion::groundtruth ? "groundtruth"
                                                               : "target"},
         {"estimator", toString(options.depth.estimator)},
         {"prior_Z", options.depth.initial},
         {"prior_sigma_Z", nullptr},
-        {"pixel_noise", options.pixelNoise_px},
+        {"pixel_noise", nullptr},
         {"odometry_noise", nullptr},
         {"odometry_scale_sigma", options.odometryScaleSigma},
         {"focal_sigma", options.focalSigma},
         {"Z_min", options.depth.Z_min},
         {"Z_max", options.depth.Z_max}};
+    if (options.isPixelNoiseGiven || !measuresNoise(trackerKind_)) {
+      configuration["pixel_noise"] = options.pixelNoise_px;
+    }
     if (options.priorSigma_Z) configuration["prior_sigma_Z"] = *options.priorSigma_Z;
     if (const auto& noise = options.odometryNoise) {
       configuration["odometry_noise"] = {noise->sigma_v, noise->sigma_w};
@@ -263,20 +238,24 @@ class Replayer {
   ImageObserver observer_;
   std::vector<PoseGap> gaps_;
   const PoseGap* noted_ = nullptr;
+  std::vector<double> imageTimes_;  // of reading [s]
   RunLog log_;
 };
 
 }  // namespace
 
 ReplayOptions ReplayOptions::of(const Sequence& sequence) {
-  const ReplayHints& hints = sequence.replayHints();
+  return of(sequence.replayHints(), sequence.folder() + "/sequence.yaml");
+}
+
+ReplayOptions ReplayOptions::of(const ReplayHints& hints, const std::string& file) {
   ReplayOptions options;
   if (hints.estimator) {
-    options.depth.estimator = availableEstimator(
-        *hints.estimator, {sequence.folder() + "/sequence.yaml", 0, "replay.estimator"});
+    options.depth.estimator = availableEstimator(*hints.estimator, {file, 0, "replay.estimator"});
   }
   options.depth.initial = hints.prior.value_or(options.depth.initial);
   options.pixelNoise_px = hints.pixel_noise.value_or(options.pixelNoise_px);
+  options.isPixelNoiseGiven = hints.pixel_noise.has_value();
   if (const auto& noise = hints.odometry_noise) {
     options.odometryNoise =
         noise->isZero() ? OdometryNoise::none()

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "depthservo/depth/DepthGains.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "sequence/StrictYaml.h"
 #include "servo/Fields.h"
@@ -175,7 +176,7 @@ void describe(Fields& f, Scenario::Robot& robot) {
   f.section("arm", Need::optional, [&](Fields& arm) {
     arm.numbers("mount", robot.arm.mount, {-10, 10}, "m");
     arm.number("column", robot.arm.column, {0, 10}, "m");
-    arm.number("upper_arm", robot.arm.upperArm, {0, 10}, "m");
+    arm.number("upper_arm", robot.arm.upper_arm, {0, 10}, "m");
     arm.number("forearm", robot.arm.forearm, {0, 10}, "m");
   });
   f.section("initial", Need::required,
@@ -726,10 +727,9 @@ void checkTarget(const Scenario& s, const YamlValue& root, const Refuse& refuse)
     if (!target.tags.empty()) refuse("target.tags", "needs target.type: apriltag");
     if (isGiven("target", "family")) refuse("target.family", "needs target.type: apriltag");
   } else {
-    for (const char* key : {"points", "radius"}) {
-      if (isGiven("target", key)) {
-        refuse(std::string("target.") + key, "is for dots; a tag's points are its corners");
-      }
+    if (isGiven("target", "radius")) refuse("target.radius", "is for dots");
+    if (target.points != target.trueTags().corners()) {
+      refuse("target.points", "is for dots; a tag's points are its corners");
     }
     if (target.tags.empty() || 4 * target.tags.size() > kMostPoints) {
       refuse("target.tags",
@@ -819,8 +819,13 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
                                         depth.initial, depth.Z_min, depth.Z_max));
   }
   if (depth.estimator == EstimatorKind::pose) {
-    if (const auto why = whyNoTarget(points))
+    const auto known = s.target.dots().points;
+    if (s.target.type == TargetKind::apriltag && known.empty()) {
+      refuse("target.tags", "depth.estimator: pose needs to know the tags: give assumed_size");
+    }
+    if (const auto why = whyNoTarget(known)) {
       refuse("target.points", fmt::format("depth.estimator: pose needs more: {}", *why));
+    }
   }
   if (depth.object && depth.estimator != EstimatorKind::nonlinear) {
     refuse("depth.object",
@@ -828,6 +833,10 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
   }
   if (depth.gains.k.has_value() != depth.gains.k_3.has_value()) {
     refuse("depth.gains", "k and k_3 go together; give both, or settling and W_min");
+  }
+  if (depth.gains.k_3) {
+    const std::string objection = DepthGains::objection(*depth.gains.k_3, kGainExcitation, fastest);
+    if (!objection.empty()) refuse("depth.gains.k_3", objection);
   }
   const auto& desired = s.control.desired;
   const bool needsGoal = s.control.law != Law::profile;
@@ -924,7 +933,7 @@ Scenario Scenario::load(const std::string& path, const std::vector<std::string>&
   Scenario scenario;
   scenario.file = path;
   Reader(root, path, "", [&](Fields& fields) { describe(fields, scenario); });
-  if (scenario.target.type == TargetKind::apriltag) {
+  if (scenario.target.type == TargetKind::apriltag && scenario.target.points.empty()) {
     scenario.target.points = scenario.target.trueTags().corners();
   }
   checkTogether(scenario, root, path);
@@ -937,6 +946,11 @@ std::string Scenario::toJson() const {
   nlohmann::ordered_json json;
   JsonWriter writer(json);
   describe(writer, copy);
+  const bool hasDots = target.type == TargetKind::dots;
+  for (const char* key : {"family", "tags"}) {
+    if (hasDots) json["target"].erase(key);
+  }
+  if (!hasDots) json["target"].erase("radius");
   return json.dump();
 }
 

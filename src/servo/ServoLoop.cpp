@@ -4,7 +4,6 @@
 #include <visp3/core/vpException.h>
 
 #include <algorithm>
-#include <chrono>
 #include <deque>
 #include <limits>
 
@@ -17,6 +16,7 @@
 #include "servo/FrameRateMonitor.h"
 #include "servo/OutcomeJudge.h"
 #include "servo/SelfDiagnosis.h"
+#include "servo/Stopwatch.h"
 #include "servo/TagSizeMonitor.h"
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
@@ -32,6 +32,10 @@ namespace {
 
 /// The command fades from full speed to a stop, or back, within this time [s].
 constexpr double kRamp_s = 0.5;
+
+/// Share of the command below which the robot stops for hidden points: slower, it would hardly get
+/// on.
+constexpr double kLeastSpeed = 0.1;
 
 /// Sigma of a depth that is told [m]: as good as exact.
 constexpr double kToldSigma_Z = 1e-6;
@@ -81,20 +85,6 @@ std::optional<double> coupledGain(const Scenario& s) {
 double endOfMotion(const Scenario::Target& target) {
   return target.twist.empty() ? 0 : target.twist.back().until;
 }
-
-/// Seconds of wall clock since the last call.
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const std::chrono::duration<double> lap = now - last_;
-    last_ = now;
-    return lap.count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 }  // namespace
 
@@ -401,7 +391,8 @@ double ServoLoop::wantedSpeed() const {
       sigma_px = std::max(sigma_px, estimate.sigma_xy * p.camera.focal_px());
     }
   }
-  return std::clamp(2 - 2 * sigma_px / p.scenario.control.hidden_sigma, 0.0, 1.0);
+  const double speed = std::min(1.0, 2 - 2 * sigma_px / p.scenario.control.hidden_sigma);
+  return speed < kLeastSpeed ? 0 : speed;
 }
 
 void ServoLoop::setBasis(double time_s, double wanted) {
@@ -412,12 +403,21 @@ void ServoLoop::setBasis(double time_s, double wanted) {
     const DepthStatus status = p.features[static_cast<std::size_t>(id)].estimate().status;
     return status == DepthStatus::unset || status == DepthStatus::lost;
   });
-  p.basis = isLost ? Basis::nothing : wanted == 0 ? Basis::waiting : Basis::features;
+  p.basis = isLost        ? Basis::nothing
+            : wanted == 0 ? Basis::waiting
+            : wanted < 1  ? Basis::slowed
+                          : Basis::features;
   if (p.basis == before || !p.law->usesFeatures() || p.log.frames.empty()) return;
-  note(time_s, p.basis == Basis::nothing   ? "lost: the command fades out"
-               : p.basis == Basis::waiting ? "hidden points are predicted too vaguely: the robot "
-                                             "waits"
-                                           : "the servo goes on");
+  switch (p.basis) {
+    case Basis::nothing:
+      return note(time_s, "lost: the command fades out");
+    case Basis::waiting:
+      return note(time_s, "hidden points are predicted too vaguely: the robot waits");
+    case Basis::slowed:
+      return note(time_s, "hidden points are predicted vaguely: the robot slows down");
+    case Basis::features:
+      return note(time_s, "full speed");
+  }
 }
 
 double ServoLoop::imageError() const {

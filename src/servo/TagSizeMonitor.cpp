@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace depthservo {
 namespace {
@@ -21,7 +22,7 @@ DotTarget unitTag() {
 }  // namespace
 
 TagSizeMonitor::TagSizeMonitor(const AprilTagTarget& target, const PinholeCamera& camera,
-                               double pixelNoise_px)
+                               std::optional<double> pixelNoise_px)
     : camera_(camera), pixelNoise_px_(pixelNoise_px) {
   for (const AprilTagTarget::Tag& tag : target.tags) {
     tags_.push_back({TargetPose(unitTag(), camera), false, Eigen::Vector4d::Zero()});
@@ -43,7 +44,6 @@ bool TagSizeMonitor::findPose(Tag& tag, std::size_t index,
 
   // Covariance of a small motion of the camera from that of the corners; then that of the mean
   // depth.
-  const double sigma = pixelNoise_px_ / camera_.focal_px();
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 1, 6> meanDepth = Eigen::Matrix<double, 1, 6>::Zero();
   const auto unit = AprilTagTarget::unitCorners();
@@ -53,6 +53,8 @@ bool TagSizeMonitor::findPose(Tag& tag, std::size_t index,
     tag.depths[j] = Z;
     Eigen::Matrix<double, 2, 6> L;
     L << -1 / Z, 0, x / Z, x * y, -(1 + x * x), y, 0, -1 / Z, y / Z, 1 + y * y, -x * y, -x;
+    const double sigma_px = pixelNoise_px_.value_or(corners[static_cast<std::size_t>(j)].sigma_px);
+    const double sigma = sigma_px / camera_.focal_px();
     information += L.transpose() * L / (sigma * sigma);
     meanDepth += (Eigen::Matrix<double, 1, 6>() << 0, 0, -1, -y * Z, x * Z, 0).finished() / 4;
   }
@@ -102,6 +104,14 @@ std::vector<std::string> TagSizeMonitor::compare(const std::vector<TrackedPoint>
         result.observed_size));
   }
   return events;
+}
+
+std::vector<TagRecord> TagSizeMonitor::results() const {
+  std::vector<TagRecord> known;
+  std::copy_if(results_.begin(), results_.end(), std::back_inserter(known), [](const TagRecord& r) {
+    return !std::isnan(r.size) || !std::isnan(r.observed_size);
+  });
+  return known;
 }
 
 double TagSizeMonitor::depthByPose(int id) const {

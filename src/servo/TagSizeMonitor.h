@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,9 @@ namespace depthservo {
 /// wrong scale of the odometry and a wrong focal length all show as a disagreement.
 class TagSizeMonitor {
  public:
-  /// \param pixelNoise_px 1 sigma per axis of a corner
-  TagSizeMonitor(const AprilTagTarget& target, const PinholeCamera& camera, double pixelNoise_px);
+  /// \param pixelNoise_px 1 sigma per axis of a corner; none: what the tracker says of each
+  TagSizeMonitor(const AprilTagTarget& target, const PinholeCamera& camera,
+                 std::optional<double> pixelNoise_px);
 
   /// Compares in an image. \param points corners measured in it, ids as in AprilTagTarget \return
   /// sentences for the user, when a tag's size turns out wrong
@@ -29,7 +31,8 @@ class TagSizeMonitor {
   /// Depth of a corner by the pose of its tag in the last image [m]; kUnknown without size or pose.
   double depthByPose(int id) const;
 
-  const std::vector<TagRecord>& results() const { return results_; }
+  /// Of the tags whose size is given or was observed.
+  std::vector<TagRecord> results() const;
 
  private:
   struct Tag {
@@ -42,7 +45,7 @@ class TagSizeMonitor {
   bool findPose(Tag& tag, std::size_t index, const std::vector<TrackedPoint>& points) const;
 
   PinholeCamera camera_;
-  double pixelNoise_px_;
+  std::optional<double> pixelNoise_px_;
   std::vector<Tag> tags_;
   std::vector<TagRecord> results_;
 };

@@ -41,7 +41,8 @@ std::unique_ptr<CameraRobot> makeRobot(const Scenario::Robot& robot,
       return omni;
     }
     case RobotKind::mobileManipulator: {
-      auto manipulator = std::make_unique<MobileManipulator>(robot.arm);
+      auto manipulator = std::make_unique<MobileManipulator>(MobileManipulator::Geometry{
+          robot.arm.mount, robot.arm.column, robot.arm.upper_arm, robot.arm.forearm});
       manipulator->setState({pose.x, pose.y, pose.theta, pose.joints});
       MobileManipulator::Vector5d velocities;
       velocities << limits.v, limits.w, Eigen::Vector3d::Constant(limits.joints);

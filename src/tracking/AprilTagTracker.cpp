@@ -17,6 +17,9 @@ namespace {
 /// libapriltag's own corners, when a tag is too small to measure its sides [px].
 constexpr double kUnrefinedSigma_px = 0.5;
 
+/// Between ink and paper [gray levels]: less is taken for noise, which is slow to search.
+constexpr int kLeastContrast = 20;
+
 void require(bool isMet, const std::string& what) {
   if (!isMet) throw std::invalid_argument("AprilTagTracker: " + what);
 }
@@ -43,6 +46,7 @@ class AprilTagTracker::Impl {
     apriltag_detector_add_family_bits(detector_.get(), family_.get(), options.hamming);
     detector_->nthreads = 1;
     detector_->quad_decimate = static_cast<float>(options.decimate);
+    detector_->qtp.min_white_black_diff = kLeastContrast;
   }
 
   void setTags(const AprilTagTarget& target) {

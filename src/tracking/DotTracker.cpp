@@ -26,7 +26,7 @@ constexpr double kGateSigmas = 4;
 
 /// Factor by which the semi-axes may change between images, its growth per image while hidden, and
 /// the most.
-constexpr double kScaleChange = 1.35, kScaleChangeHidden = 0.05, kScaleChangeMost = 3;
+constexpr double kScaleChange = 1.35, kScaleChangeHidden = 0.05, kScaleChangeMost = 5;
 
 /// Factor by which the contrast may change.
 constexpr double kContrastChange = 2;

@@ -1,0 +1,304 @@
+#include "depthservo/tracking/KltTracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "tracking/PatchAligner.h"
+
+#ifdef ENABLE_VISP_NAMESPACE
+using namespace VISP_NAMESPACE_NAME;
+#endif
+
+namespace depthservo {
+namespace {
+
+using detail::ReferencePatch;
+
+constexpr double kReach_px = 1.5;          // from where Lucas-Kanade ends to the aligned patch
+constexpr double kSureExpectation_px = 3;  // a vaguer one is no better than the last velocity
+constexpr double kNewLook = 0.05;        // loss of similarity, since a look was kept, for a new one
+constexpr double kNewLookWarp_px = 0.7;  // zoom and roll that are too much for the old one
+constexpr double kRefound = 0.9;         // similarity it takes to be seen again
+constexpr double kCornerShift_px = 3;    // from the pixel with the best gradients to the corner
+constexpr double kWarpError = 0.06;      // of zoom and roll, left in the position
+constexpr double kFloor_px = 0.015;
+constexpr double kCorrelated = 2;     // neighbouring pixels of a bilinear patch share noise
+constexpr double kChooseBelow = 0.8;  // of the points
+constexpr int kChooseEvery = 5;       // images, at most
+constexpr int kLevelsNear = 1;        // of the pyramid: 20 px about the place
+constexpr double kGainStep = 0.02;    // smaller changes of the light are left to the alignment
+
+/// Of the way back, which only has to tell 0.7 px from none.
+const cv::TermCriteria kBackwardCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.05);
+
+void require(bool isMet, const char* what) {
+  if (!isMet) throw std::invalid_argument(std::string("KltTracker: ") + what);
+}
+
+Eigen::Vector2d toEigen(const cv::Point2f& p) { return {p.x, p.y}; }
+cv::Point2f toCv(const Eigen::Vector2d& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
+}
+
+struct Track {
+  int id;
+  Eigen::Vector2d point, velocity;  // in the last image that showed it [px], [px per image]
+  ReferencePatch look;
+  double variance_px2 = 0;  // of the looks before this one
+  double similarity = 0;    // to this look when it was new; 0: it still is
+  int unseen = 0;           // images in a row
+  double sigma_px = 0;
+  bool isGivenUp = false;
+};
+
+}  // namespace
+
+class KltTracker::Impl {
+ public:
+  explicit Impl(const KltTrackerOptions& options)
+      : options_(options),
+        window_(options.window_px, options.window_px),
+        criteria_(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.02) {
+    require(options.points >= 1 && options.points <= 2000, "points is 1..2000");
+    require(options.least_distance_px >= 3 && options.least_distance_px <= 1000,
+            "least_distance_px is 3..1000");
+    require(options.quality > 0 && options.quality < 1, "quality is 0..1");
+    require(options.window_px >= 5 && options.window_px <= 61 && options.window_px % 2 == 1,
+            "window_px is odd, 5..61");
+    require(options.levels >= 0 && options.levels <= 6, "levels is 0..6");
+    require(options.forward_backward_px > 0, "forward_backward_px is > 0");
+    require(options.similarity >= 0 && options.similarity <= 1, "similarity is 0..1");
+    require(options.patience >= 0, "patience is >= 0");
+  }
+
+  const std::vector<TrackedPoint>& track(const vpImage<unsigned char>& image,
+                                         const std::vector<ExpectedPoint>& expected) {
+    points_.clear();
+    retired_.clear();
+    try {
+      follow(image, expected);
+    } catch (const cv::Exception&) {  // for this image only
+      previous_.clear();
+      for (Track& track : tracks_) ++track.unseen;
+    }
+    retire();
+    for (const Track& track : tracks_) {
+      if (track.unseen > 0) continue;
+      points_.push_back({track.id, track.point.x(), track.point.y(), track.sigma_px});
+    }
+    return points_;
+  }
+
+  const std::vector<int>& retired() const { return retired_; }
+
+  void giveUp(int id) {
+    for (Track& track : tracks_) {
+      if (track.id == id) track.isGivenUp = true;
+    }
+  }
+
+ private:
+  void follow(const vpImage<unsigned char>& visp, const std::vector<ExpectedPoint>& expected) {
+    const cv::Mat raw(static_cast<int>(visp.getHeight()), static_cast<int>(visp.getWidth()), CV_8U,
+                      visp.bitmap);
+    const bool isOfOneSize = size_ == cv::Size() || size_ == raw.size();
+    if (raw.empty() || !isOfOneSize) {
+      for (Track& track : tracks_) ++track.unseen;
+      previous_.clear();
+      return;
+    }
+    size_ = raw.size();
+    const std::vector<Eigen::Vector2d> places = placesOf(expected);
+    const cv::Mat image = previous_.empty() ? raw : inTheLightOfBefore(raw, places);
+    cv::buildOpticalFlowPyramid(image, pyramid_, window_, options_.levels);
+    if (!previous_.empty()) search(places);
+    for (std::size_t i = 0; i < tracks_.size(); ++i) locate(image, i, places[i]);
+    std::swap(previous_, pyramid_);
+    lastImage_ = image.data == raw.data ? raw.clone() : image;
+
+    ++sinceChosen_;
+    if (static_cast<double>(seen()) < kChooseBelow * options_.points &&
+        (sinceChosen_ >= kChooseEvery || tracks_.empty())) {
+      choose(image);
+    }
+  }
+
+  std::size_t seen() const {
+    return static_cast<std::size_t>(std::count_if(tracks_.begin(), tracks_.end(),
+                                                  [](const Track& t) { return t.unseen == 0; }));
+  }
+
+  /// Where the points should be in this image.
+  std::vector<Eigen::Vector2d> placesOf(const std::vector<ExpectedPoint>& expected) const {
+    std::vector<Eigen::Vector2d> places;
+    auto next = expected.begin();
+    for (const Track& track : tracks_) {
+      places.push_back(track.point + (track.unseen + 1) * track.velocity);
+      next = std::find_if(next, expected.end(),
+                          [&](const ExpectedPoint& e) { return e.id >= track.id; });
+      if (next == expected.end() || next->id != track.id) continue;
+      const bool isSure =
+          next->sigma_px < kSureExpectation_px && std::isfinite(next->u) && std::isfinite(next->v);
+      if (isSure) places.back() = {next->u, next->v};
+    }
+    return places;
+  }
+
+  /// The image with its gain changed so that the points are as light as they were.
+  cv::Mat inTheLightOfBefore(const cv::Mat& raw, const std::vector<Eigen::Vector2d>& places) {
+    const auto meanAt = [](const cv::Mat& image, const Eigen::Vector2d& p) {
+      constexpr int kHalf = 4;
+      const cv::Rect box(static_cast<int>(p.x()) - kHalf, static_cast<int>(p.y()) - kHalf,
+                         2 * kHalf + 1, 2 * kHalf + 1);
+      const bool isInside =
+          p.x() >= kHalf && p.y() >= kHalf && box.br().x <= image.cols && box.br().y <= image.rows;
+      return isInside ? cv::mean(image(box))[0] : 0.0;
+    };
+    gains_.clear();
+    for (std::size_t i = 0; i < tracks_.size(); i += 1 + tracks_.size() / 64) {
+      if (tracks_[i].unseen > 0) continue;
+      const double before = meanAt(lastImage_, tracks_[i].point), now = meanAt(raw, places[i]);
+      if (before > 1 && now > 1) gains_.push_back(before / now);
+    }
+    if (gains_.empty()) return raw;
+    const auto middle = gains_.begin() + static_cast<std::ptrdiff_t>(gains_.size() / 2);
+    std::nth_element(gains_.begin(), middle, gains_.end());
+    if (std::abs(*middle - 1) < kGainStep) return raw;
+    cv::Mat image;
+    raw.convertTo(image, CV_8U, *middle);
+    return image;
+  }
+
+  /// Lucas-Kanade there and back, of the points in view: near the places where they should be, then
+  /// what was not found there anywhere.
+  void search(const std::vector<Eigen::Vector2d>& places) {
+    found_.assign(tracks_.size(), std::nullopt);
+    for (const int levels : {std::min(kLevelsNear, options_.levels), options_.levels}) {
+      searched_.clear();
+      for (std::size_t i = 0; i < tracks_.size(); ++i) {
+        if (tracks_[i].unseen == 0 && !found_[i]) searched_.push_back(i);
+      }
+      if (!searched_.empty()) searchOnce(places, levels);
+    }
+  }
+
+  void searchOnce(const std::vector<Eigen::Vector2d>& places, int levels) {
+    from_.clear(), to_.clear();
+    for (const std::size_t i : searched_) {
+      from_.push_back(toCv(tracks_[i].point));
+      to_.push_back(toCv(places[i]));
+    }
+    cv::calcOpticalFlowPyrLK(previous_, pyramid_, from_, to_, forward_, errors_, window_, levels,
+                             criteria_, cv::OPTFLOW_USE_INITIAL_FLOW);
+    back_ = from_;  // the way back starts where it should end
+    cv::calcOpticalFlowPyrLK(pyramid_, previous_, to_, back_, backward_, errors_, window_, 0,
+                             kBackwardCriteria, cv::OPTFLOW_USE_INITIAL_FLOW);
+    for (std::size_t k = 0; k < searched_.size(); ++k) {
+      const cv::Point2f gap = back_[k] - from_[k];
+      const bool returns = std::hypot(gap.x, gap.y) < options_.forward_backward_px;
+      if (forward_[k] && backward_[k] && returns) found_[searched_[k]] = toEigen(to_[k]);
+    }
+  }
+
+  void locate(const cv::Mat& image, std::size_t i, const Eigen::Vector2d& place) {
+    Track& track = tracks_[i];
+    const bool wasSeen = track.unseen == 0;
+    const bool isFound = i < found_.size() && found_[i].has_value();
+    ++track.unseen;
+    if (wasSeen && !isFound) return;
+    const auto aligned = track.look.align(image, wasSeen ? *found_[i] : place, kReach_px);
+    if (!aligned || aligned->similarity < (wasSeen ? options_.similarity : kRefound)) return;
+    track.velocity = (aligned->point - track.point) / track.unseen;
+    track.point = aligned->point;
+    track.unseen = 0;
+    const double warp_px = kWarpError * aligned->warp_px;
+    const double variance = kCorrelated * aligned->sigma_px * aligned->sigma_px + warp_px * warp_px;
+    track.sigma_px = std::sqrt(variance + track.variance_px2 + kFloor_px * kFloor_px);
+    if (track.similarity == 0) track.similarity = aligned->similarity;
+    const bool looksTheSame =
+        aligned->similarity > track.similarity - kNewLook && aligned->warp_px < kNewLookWarp_px;
+    if (looksTheSame) return;
+    if (const auto look = ReferencePatch::at(image, track.point)) {
+      track.look = *look;
+      track.variance_px2 += variance;
+      track.similarity = 0;
+    }
+  }
+
+  void retire() {
+    const auto isGone = [&](const Track& track) {
+      return track.isGivenUp || track.unseen > options_.patience;
+    };
+    for (const Track& track : tracks_) {
+      if (isGone(track)) retired_.push_back(track.id);
+    }
+    tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), isGone), tracks_.end());
+  }
+
+  void choose(const cv::Mat& image) {
+    sinceChosen_ = 0;
+    const int margin = static_cast<int>(std::ceil(ReferencePatch::kMargin_px));
+    if (image.cols <= 2 * margin || image.rows <= 2 * margin) return;
+    cv::Mat mask = cv::Mat::zeros(image.size(), CV_8U);
+    mask(cv::Rect(margin, margin, image.cols - 2 * margin, image.rows - 2 * margin)).setTo(255);
+    for (const Track& track : tracks_) {
+      cv::circle(mask, toCv(track.point), static_cast<int>(options_.least_distance_px), 0, -1);
+    }
+    const int wanted = options_.points - static_cast<int>(tracks_.size());
+    if (wanted <= 0) return;
+    std::vector<cv::Point2f> corners;
+    cv::goodFeaturesToTrack(image, corners, wanted, options_.quality, options_.least_distance_px,
+                            mask);
+    for (const cv::Point2f& corner : corners) {
+      Eigen::Vector2d point = toEigen(corner);
+      auto look = ReferencePatch::at(image, point);
+      if (!look) continue;
+      const Eigen::Vector2d shift = look->corner();
+      if (shift.norm() < kCornerShift_px) {
+        point += shift;
+        look = ReferencePatch::at(image, point);
+        if (!look) continue;
+      }
+      tracks_.push_back({nextId_++, point, Eigen::Vector2d::Zero(), *look});
+      tracks_.back().sigma_px = kFloor_px;
+    }
+  }
+
+  KltTrackerOptions options_;
+  cv::Size window_;
+  cv::TermCriteria criteria_;
+  cv::Size size_;              // of the first image
+  std::vector<Track> tracks_;  // by ascending id
+  int nextId_ = 0, sinceChosen_ = 0;
+  std::vector<cv::Mat> previous_, pyramid_;
+  cv::Mat lastImage_;
+  std::vector<TrackedPoint> points_;
+  std::vector<int> retired_;
+
+  // Of the image at hand.
+  std::vector<std::size_t> searched_;
+  std::vector<std::optional<Eigen::Vector2d>> found_;
+  std::vector<cv::Point2f> from_, to_, back_;
+  std::vector<unsigned char> forward_, backward_;
+  std::vector<float> errors_;
+  std::vector<double> gains_;
+};
+
+KltTracker::KltTracker(const KltTrackerOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+KltTracker::KltTracker(KltTracker&&) noexcept = default;
+KltTracker& KltTracker::operator=(KltTracker&&) noexcept = default;
+KltTracker::~KltTracker() = default;
+
+const std::vector<TrackedPoint>& KltTracker::track(const vpImage<unsigned char>& image,
+                                                   const std::vector<ExpectedPoint>& expected) {
+  return impl_->track(image, expected);
+}
+
+const std::vector<int>& KltTracker::retired() const { return impl_->retired(); }
+void KltTracker::giveUp(int id) { impl_->giveUp(id); }
+
+}  // namespace depthservo

@@ -9,6 +9,7 @@
 #include <ctime>
 #include <vector>
 
+#include "depthservo/depth/FocalLengthObserver.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/features/FeaturePoint.h"
@@ -78,6 +79,22 @@ void BM_flow(benchmark::State& state) {
   }
 }
 BENCHMARK(BM_flow);
+
+void BM_focalLengthStep(benchmark::State& state) {
+  constexpr double kFocal_px = 600;
+  FocalLengthObserver observer;
+  observer.reset({kFocal_px * tour().points[kFrames - 1][0].x,
+                  kFocal_px * tour().points[kFrames - 1][0].y, .5});
+  std::size_t k = 0;
+  for (auto _ : state) {
+    const PointState& p = tour().points[k][0];
+    observer.predict(tour().motion[k]);
+    observer.correct({kFocal_px * p.x, kFocal_px * p.y, .5});
+    benchmark::DoNotOptimize(observer.estimate());
+    k = (k + 1) % kFrames;
+  }
+}
+BENCHMARK(BM_focalLengthStep);
 
 void BM_nonlinearObserverStep(benchmark::State& state) {
   NonlinearDepthObserver observer;

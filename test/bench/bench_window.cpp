@@ -1,11 +1,12 @@
-// Cost of the window estimator per image of four points, against the observer, by method and number
-// of earlier images.
+// Cost of the window estimator per image of four points, by method and number of earlier images,
+// against the filter and the observer.
 #include <benchmark/benchmark.h>
 
 #include <array>
 #include <memory>
 #include <vector>
 
+#include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/WindowDepthEstimator.h"
 
@@ -66,6 +67,9 @@ BENCHMARK_CAPTURE(window, maximum_likelihood, WindowMethod::maximumLikelihood)
     ->Arg(20)
     ->Arg(50);
 BENCHMARK_CAPTURE(window, robust, WindowMethod::robust)->Arg(5)->Arg(20)->Arg(50);
+
+void filter(benchmark::State& state) { fourPoints(state, InverseDepthFilter()); }
+BENCHMARK(filter);
 
 void observer(benchmark::State& state) { fourPoints(state, NonlinearDepthObserver()); }
 BENCHMARK(observer);

@@ -148,7 +148,8 @@ TEST_F(DataSets, icl_nuim_with_a_positive_fy_would_estimate_otherwise) {
   ASSERT_EQ(wrong.exitCode, 0) << wrong.err;
   const MiniatureDataSet scene(kIcl, 0);
   double worst = 0;
-  for (const auto& point : wrong.json()["points"]) {
+  const auto json = wrong.json();
+  for (const auto& point : json["points"]) {
     const double Z = scene.trueDepth(scene.size() - 1, point["id"].get<std::size_t>());
     worst = std::max(worst, std::abs(point["Z"].get<double>() / Z - 1));
   }
@@ -170,16 +171,21 @@ TEST_F(DataSets, a_distorted_camera_estimates_the_truth_and_a_neglected_distorti
   const MiniatureDataSet scene(kFr1);
   expectGood(replay(set("fr1-own")), scene);
   expectGood(replay(set("fr1-own"), "--camera tum-fr1"), scene);
-  const std::string copy = copyOf("euroc");
-  edit(copy + "/mav0/cam0/sensor.yaml", 19, "[-0.28340811, 0.07395907, 0.00019359", "[0, 0, 0");
-  edit(copy + "/mav0/cam0/sensor.yaml", 19, "1.76187114e-05", "0");
+
   const MiniatureDataSet euroc(kEuroc);
-  double worst = 0;
-  for (const auto& point : replay(copy).json()["points"]) {
-    const double Z = euroc.trueDepth(euroc.size() - 1, point["id"].get<std::size_t>());
-    worst = std::max(worst, std::abs(point["Z"].get<double>() / Z - 1));
-  }
-  EXPECT_GT(worst, 0.01);
+  const auto worstError = [&](const std::string& folder) {
+    const auto json = replay(folder).json();
+    double worst = 0;
+    for (const auto& point : json["points"]) {
+      const double Z = euroc.trueDepth(euroc.size() - 1, point["id"].get<std::size_t>());
+      worst = std::max(worst, std::abs(point["Z"].get<double>() / Z - 1));
+    }
+    return worst;
+  };
+  const std::string copy = copyOf("euroc");
+  edit(copy + "/mav0/cam0/sensor.yaml", 20, "[-0.28340811, 0.07395907, 0.00019359", "[0, 0, 0");
+  edit(copy + "/mav0/cam0/sensor.yaml", 20, "1.76187114e-05", "0");
+  EXPECT_GT(worstError(copy), 5 * worstError(set("euroc")));
 }
 
 TEST_F(DataSets, tum_poses_that_are_nan_or_listed_twice_are_skipped_and_counted) {
@@ -211,8 +217,9 @@ TEST_F(DataSets, images_in_a_gap_of_the_ground_truth_are_not_used) {
   std::ifstream run(out + "/run.json");
   const auto json = nlohmann::json::parse(run);
   EXPECT_NE(json["events"].dump().find("no pose for 0.41 s"), std::string::npos) << json["events"];
-  for (const auto& point : result.json()["points"]) {
-    const MiniatureDataSet scene(kFr3);
+  const auto depths = result.json();
+  const MiniatureDataSet scene(kFr3);
+  for (const auto& point : depths["points"]) {
     const double Z = scene.trueDepth(scene.size() - 1, point["id"].get<std::size_t>());
     EXPECT_NEAR(point["Z"], Z, 0.01 * Z) << point;
   }
@@ -238,7 +245,8 @@ TEST_F(DataSets, depth_is_unknown_at_edges_and_where_the_sensor_saw_nothing) {
   }
   const Result result = replay(copy, "--camera tum-fr3");
   ASSERT_EQ(result.exitCode, 0) << result.err;
-  for (const auto& point : result.json()["points"]) EXPECT_TRUE(point["Z_true"].is_null()) << point;
+  const auto json = result.json();
+  for (const auto& point : json["points"]) EXPECT_TRUE(point["Z_true"].is_null()) << point;
 }
 
 struct Damage {
@@ -495,7 +503,7 @@ INSTANTIATE_TEST_SUITE_P(
                [](const std::string& f) {
                  D::edit(f + "/mav0/cam0/sensor.yaml", 9, "0.0148655429818", "1.0148655429818");
                },
-               {"sensor.yaml:9", "T_BS", "rotation"}}),
+               {"sensor.yaml:7", "T_BS", "rotation"}}),
     [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace

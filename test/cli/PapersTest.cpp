@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <memory>
 #include <set>
 
 #include "cli/Tool.h"
@@ -9,28 +10,36 @@
 namespace depthservo::test {
 namespace {
 
-TEST(Reproduce, gives_rows_with_stable_ids_that_all_pass) {
-  const Result result = depthservo("reproduce ibuki2023 --json");
-  ASSERT_EQ(result.exitCode, 0) << result.err;
+/// A paper reproduced once, with a folder.
+class Reproduced : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    result_ = depthservo("reproduce ibuki2023 --json --out " + (*folder_ / "paper").string());
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static inline std::unique_ptr<TemporaryFolder> folder_;
+  static inline Result result_;
+};
+
+TEST_F(Reproduced, gives_rows_with_stable_ids_that_all_pass) {
+  ASSERT_EQ(result_.exitCode, 0) << result_.err;
   std::set<std::string> ids;
-  for (const auto& row : result.json()) {
+  for (const auto& row : result_.json()) {
     ids.insert(row["id"]);
     EXPECT_TRUE(row["ours"].is_number()) << row;
     EXPECT_TRUE(row["pass"].is_boolean() && row["reproduces"].is_boolean()) << row;
   }
-  EXPECT_EQ(ids.size(), result.json().size());
+  EXPECT_EQ(ids.size(), result_.json().size());
   EXPECT_GE(ids.size(), 6u);
-  EXPECT_EQ(depthservo("reproduce einstein1905").exitCode, 2);
 }
 
-TEST(Reproduce, out_is_a_folder_with_rows_figures_and_one_page_that_needs_nothing_else) {
-  const TemporaryFolder folder;
-  const std::string out = folder / "papers";
-  const Result result = depthservo("reproduce durand2010 --json --out " + out);
-  ASSERT_EQ(result.exitCode, 0) << result.err;
-  EXPECT_EQ(nlohmann::json::parse(folder.read("papers/rows.json")), result.json());
-  const std::string page = folder.read("papers/report.html");
-  for (const auto& row : result.json()) {
+TEST_F(Reproduced, leaves_a_folder_with_rows_figures_and_one_page_that_needs_nothing_else) {
+  ASSERT_EQ(result_.exitCode, 0) << result_.err;
+  EXPECT_EQ(nlohmann::json::parse(folder_->read("paper/rows.json")), result_.json());
+  const std::string page = folder_->read("paper/report.html");
+  for (const auto& row : result_.json()) {
     const std::string id = row["id"];
     EXPECT_NE(page.find(id.substr(id.find('/', id.find('/') + 1) + 1)), std::string::npos) << id;
     if (row["reproduces"]) continue;
@@ -39,7 +48,7 @@ TEST(Reproduce, out_is_a_folder_with_rows_figures_and_one_page_that_needs_nothin
   }
   EXPECT_EQ(page.find("src=\"http"), std::string::npos);
   std::size_t figures = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(out)) {
+  for (const auto& entry : std::filesystem::directory_iterator(*folder_ / "paper")) {
     figures += entry.path().extension() == ".png" ? 1 : 0;
   }
   std::size_t embedded = 0;
@@ -48,7 +57,10 @@ TEST(Reproduce, out_is_a_folder_with_rows_figures_and_one_page_that_needs_nothin
   }
   EXPECT_EQ(embedded, figures);
   EXPECT_GE(figures, 3u);
-  EXPECT_EQ(depthservo("reproduce ibuki2023 --out " + out).exitCode, 2) << "exists";
+}
+
+TEST_F(Reproduced, does_not_overwrite_a_folder) {
+  EXPECT_EQ(depthservo("reproduce ibuki2023 --out " + (*folder_ / "paper").string()).exitCode, 2);
 }
 
 TEST(Reproduce, refused_leaves_nothing) {
@@ -80,6 +92,56 @@ TEST(Gains, left_out_are_designed_for_the_frame_rate) {
   EXPECT_GT(result.json()["designed"]["ke"], 0);
   EXPECT_EQ(depthservo("gains --law observer --fps -60").exitCode, 2);
   EXPECT_EQ(depthservo("gains --law jedi --fps 60").exitCode, 2);
+}
+
+TEST(Gains, of_the_depth_observer_are_designed_by_settling_time) {
+  const Result result =
+      depthservo("gains --law depth --settling 1.0 --excitation 0.1 --fps 30 --focal 1096 --json");
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const auto json = result.json();
+  EXPECT_NEAR(json["k1"], 2 * 5.83, 1e-9);
+  EXPECT_NEAR(json["k3_normalised"], 5.83 * 5.83 / 0.01, 1e-6);
+  EXPECT_NEAR(json["k3_pixel"], 5.83 * 5.83 / 0.01 / 1096 / 1096, 1e-9);
+  EXPECT_NEAR(json["damping"], 1, 1e-9);
+  EXPECT_GT(json["sigma_Z"]["value"], 0);
+  EXPECT_TRUE(json["stability"]["flow_poles"]["margin"].is_null()) << "without bound";
+  const auto text = depthservo("gains --law depth --settling 1.0 --fps 30");
+  EXPECT_EQ(text.exitCode, 0);
+  EXPECT_NE(text.out.find("focal_px^2"), std::string::npos) << text.out;
+}
+
+TEST(Gains, of_the_paper_are_judged_at_30_Hz_for_each_way_of_sampling) {
+  const Result result = depthservo(
+      "gains --law depth --k 48 --k3-px 0.0366 --focal 1096 --excitation 0.135 --fps 30 --json");
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const auto stability = result.json()["stability"];
+  EXPECT_NEAR(stability["euler"]["greatest_excitation"], 0.181, 1e-3);
+  EXPECT_NEAR(stability["flow_euler"]["greatest_excitation"], 0.128, 1e-3);
+  EXPECT_EQ(stability["euler"]["stable"], true);
+  EXPECT_EQ(stability["flow_euler"]["stable"], false);
+  EXPECT_EQ(stability["flow_poles"]["stable"], true);
+}
+
+TEST(Gains, in_the_wrong_unit_are_refused_and_the_message_says_so) {
+  for (const std::string& arguments :
+       {std::string("gains --law depth --k 48 --k3-px 44000 --focal 1096 --fps 30"),
+        "run " + data("scenarios/unicycle-deadlock.yaml") + " --set depth.gains.k_3=5e10"}) {
+    const Result result = depthservo(arguments);
+    EXPECT_EQ(result.exitCode, 2) << arguments;
+    EXPECT_NE(result.err.find("wrong unit"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("focal_px^2"), std::string::npos) << result.err;
+    EXPECT_TRUE(result.out.empty());
+  }
+}
+
+TEST(Gains, of_the_depth_observer_refuse_what_cannot_be_meant) {
+  for (const char* arguments : {"--fps 30", "--settling 1 --k 3 --k3 4 --fps 30", "--k 3 --fps 30",
+                                "--settling 0.05 --fps 30", "--settling -1 --fps 30",
+                                "--k 48 --k3-px 1 --fps 30", "--settling 1 --fps 0"}) {
+    const Result result = depthservo(std::string("gains --law depth ") + arguments);
+    EXPECT_EQ(result.exitCode, 2) << arguments;
+    EXPECT_TRUE(result.out.empty()) << arguments;
+  }
 }
 
 }  // namespace

@@ -35,6 +35,51 @@ INSTANTIATE_TEST_SUITE_P(Sources, RecordThenReplay,
                                          "--set odometry.rate=77 --set sensing.delay=0.05",
                                          "--set odometry.noise=[0.005,0.002]"));
 
+TEST(AprilTags, a_recorded_run_before_a_tag_replays_exactly_and_names_its_size) {
+  const TemporaryFolder folder;
+  const std::string run = folder / "run", sequence = folder / "sequence", again = folder / "again";
+  const std::string arguments =
+      data("scenarios/unicycle-apriltag.yaml") + " --set duration=3 --set expect=null ";
+  ASSERT_EQ(depthservo("run " + arguments + "--out " + run).exitCode, 0);
+  ASSERT_EQ(depthservo("record " + arguments + sequence).exitCode, 0);
+  const Result result = depthservo("replay " + sequence + " --out " + again);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_EQ(folder.read("run/features.csv"), folder.read("again/features.csv"));
+  EXPECT_NE(result.err.find("tag 7: observed size 0.2"), std::string::npos) << result.err;
+
+  const Result natural = depthservo("replay " + sequence + " --tracker klt --corners 30 --json");
+  ASSERT_EQ(natural.exitCode, 0) << natural.err;
+  EXPECT_GE(natural.json()["points"].size(), 10u);
+  EXPECT_TRUE(natural.json()["metrics"].contains("rejected_points"));
+}
+
+TEST(AprilTags, a_wrong_size_is_told_on_stderr_and_in_the_result) {
+  const Result result = depthservo("run " + data("scenarios/unicycle-apriltag.yaml") +
+                                   " --set duration=3 --set expect=null --json --set "
+                                   "'target.tags=[{id: 7, size: 0.2, assumed_size: 0.22}]'");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_NE(result.err.find("warning: "), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("check the size"), std::string::npos);
+  EXPECT_TRUE(result.json()["tags"][0]["disagrees"].get<bool>());
+}
+
+TEST(Trackers, that_need_images_are_refused_without_them) {
+  const TemporaryFolder folder;
+  const std::string sequence = folder / "sequence";
+  ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
+                       " --set duration=1 --set sensing.source=geometry " + sequence)
+                .exitCode,
+            0);
+  for (const char* tracker : {"klt", "apriltag"}) {
+    const Result result = depthservo("replay " + sequence + " --tracker " + tracker);
+    EXPECT_EQ(result.exitCode, 2);
+    EXPECT_NE(result.err.find("needs images"), std::string::npos) << result.err;
+  }
+  const Result result = depthservo("replay " + sequence + " --tracker apriltag --tag-family 36h12");
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_NE(result.err.find("36h11"), std::string::npos) << result.err;
+}
+
 TEST(Record, refuses_an_existing_folder_and_leaves_it_alone) {
   const TemporaryFolder folder;
   const Result result =

@@ -184,6 +184,46 @@ TEST(FrameRateConditions, refuseParametersOutOfRange) {
   EXPECT_THROW(likelyObserverGain(30, 0, 1), std::invalid_argument);
 }
 
+TEST(FrameRateCheck, agreesWithTheConditionsAtTheBestGamma) {
+  Random random(4);
+  for (int i = 0; i < 100; ++i) {
+    const double fps = std::exp(random.uniform(0, 5)), kappa = std::exp(random.uniform(-3, 1));
+    const GainDesign observer = designObserver(fps, kappa);
+    const FrameRateCheck o = checkFrameRate(fps, observer.gains.ke, kappa);
+    EXPECT_NEAR(o.bound, observer.bound, 1e-9 * observer.bound);
+    EXPECT_EQ(o.verdict, FrameRateVerdict::guaranteed);
+    const GainDesign regulation = designRegulation(fps, kappa);
+    const FrameRateCheck r =
+        checkFrameRate(fps, regulation.gains.ke, kappa, .95, regulation.gains.kc);
+    EXPECT_NEAR(r.bound, regulation.bound, 1e-9 * regulation.bound);
+    EXPECT_EQ(r.verdict, FrameRateVerdict::guaranteed);
+    EXPECT_NEAR(r.true_limit_fps, regulationConditions(regulation.gains).true_limit_fps, 1e-12);
+  }
+}
+
+TEST(FrameRateCheck, saysWhereEachGuaranteeEnds) {
+  const double ke = 1.7, kc = 6.5, kInf = std::numeric_limits<double>::infinity();
+  const auto verdictAt = [&](double fps, std::optional<double> coupled = {}) {
+    return checkFrameRate(fps, ke, 0, .95, coupled).verdict;
+  };
+  EXPECT_EQ(verdictAt(6.98), FrameRateVerdict::guaranteed);
+  EXPECT_EQ(verdictAt(6.97), FrameRateVerdict::likely);
+  EXPECT_EQ(verdictAt(.86), FrameRateVerdict::likely);
+  EXPECT_EQ(verdictAt(.85), FrameRateVerdict::tooSlow);
+  EXPECT_EQ(verdictAt(30.4, kc), FrameRateVerdict::guaranteed);
+  EXPECT_EQ(verdictAt(30.3, kc), FrameRateVerdict::likely);
+  EXPECT_EQ(verdictAt(.705, kc), FrameRateVerdict::likely);
+  EXPECT_EQ(verdictAt(.703, kc), FrameRateVerdict::tooSlow);
+  EXPECT_EQ(verdictAt(1e6, 1.), FrameRateVerdict::likely) << "nothing is proved for kc < ke";
+  EXPECT_EQ(verdictAt(kInf), FrameRateVerdict::guaranteed);
+  EXPECT_EQ(checkFrameRate(60, ke, 0).bound, 0) << "a still target";
+  EXPECT_TRUE(std::isinf(checkFrameRate(6.9, ke, 0).bound));
+  EXPECT_THROW(checkFrameRate(0, ke, 0), std::invalid_argument);
+  EXPECT_THROW(checkFrameRate(std::nan(""), ke, 0), std::invalid_argument);
+  EXPECT_THROW(checkFrameRate(30, -1, 0), std::invalid_argument);
+  EXPECT_THROW(checkFrameRate(30, ke, -1), std::invalid_argument);
+}
+
 TEST(GainDesign, meetsItsConditionsWithNothingToSpare) {
   Random random(3);
   for (int i = 0; i < 100; ++i) {

@@ -183,6 +183,35 @@ TEST(JointDepthFilter, jointPointThatStaysHiddenGivesItsPlaceToAnother) {
   }
 }
 
+TEST(JointDepthFilter, aRetiredPointLeavesItsPlaceToAnotherAndTheRestAlone) {
+  const Trajectory t = trajectory("T5");
+  const SimulatedRun run = simulate(t, t.fourPoints(), {}, 1);
+  const MotionBuffer odometry = run.odometry();
+  JointDepthFilter hiding(4, withOdometry(OdometryNoise::none()));
+  JointDepthFilter retiring(4, withOdometry(OdometryNoise::none()));
+  for (int k = 0; k < 120; ++k) {
+    hiding.advance(odometry, k * Trajectory::kPeriod_s);
+    retiring.advance(odometry, k * Trajectory::kPeriod_s);
+    if (k == 60) {
+      EXPECT_TRUE(retiring.retire(0));
+    }
+    std::vector<PointObservation> seen;
+    for (int i = k < 60 ? 0 : 1; i < 4; ++i) {
+      seen.push_back({i, run.measured[static_cast<std::size_t>(k)][static_cast<std::size_t>(i)]});
+    }
+    hiding.correct(seen);
+    retiring.correct(seen);
+  }
+  for (int i = 1; i < 4; ++i) {
+    EXPECT_NEAR(retiring.estimate(i).chi, hiding.estimate(i).chi, 1e-9) << i;
+    EXPECT_NEAR(retiring.estimate(i).sigma_chi, hiding.estimate(i).sigma_chi, 1e-9) << i;
+  }
+  EXPECT_EQ(retiring.estimate(0).status, DepthStatus::unset);
+  EXPECT_FALSE(retiring.retire(0));
+  EXPECT_TRUE(retiring.setPrior(77, {1}));
+  EXPECT_FALSE(retiring.setPrior(78, {1}));
+}
+
 TEST(JointDepthFilter, declaredScaleUncertaintyIsInTheReportedSigma) {
   const Trajectory t = trajectory("T5");
   JointDepthFilterOptions options = withOdometry(OdometryNoise::none());

@@ -237,6 +237,25 @@ TEST(NonlinearDepthObserver, motionAlongTheRayKeepsTheErrorOfTheDepthAndSigma) {
   EXPECT_NEAR(e.sigma_Z(), sigma / (0.7 * 0.7), 1e-9);
 }
 
+TEST(NonlinearDepthObserver, targetAtTheImageCentreWithAnUnderestimatedGuessIsUnexcitedAndHeld) {
+  // The error of an underestimated depth grows by itself on the approach, and nothing corrects it:
+  // Z is held at the nearest of its range.
+  NonlinearDepthObserver observer({}, {.5, 20});
+  StillPoint point = StillPoint::at(1e-5, -1e-5, 4);
+  const Twist ahead{{0, 0, .3}, {0, 0, 0}};
+  observer.reset(point.measured(kSigma), {1.6});
+  for (int i = 0; i < 240; ++i) {
+    point.move(ahead, kDt);
+    observer.predict(Motion::fromTwist(ahead, kDt));
+    observer.correct(point.measured(kSigma));
+    if (i >= 2) {
+      ASSERT_EQ(observer.estimate().status, DepthStatus::unexcited) << "frame " << i;
+    }
+  }
+  EXPECT_NEAR(observer.estimate().Z(), .5, 1e-6);
+  EXPECT_NEAR(point.Z(), 1.6, 1e-6) << "while the truth is still far";
+}
+
 TEST(NonlinearDepthObserver, statusBecomesUnexcitedWithinThreeFramesAfterTheCameraStops) {
   ObservedPoint run(StillPoint::at(-.1, .1, 1), 2);
   run.frames(90, lateral(.1));
@@ -417,7 +436,21 @@ TEST(NonlinearDepthObserver, depthNeverLeavesItsRange) {
       ASSERT_LE(observer.estimate().Z(), range.Z_max * (1 + 1e-15));
     }
     EXPECT_NEAR(observer.estimate().Z(), range.Z_max, 1e-9);
+    EXPECT_EQ(observer.estimate().status, DepthStatus::converging) << "held there, not found";
   }
+}
+
+TEST(NonlinearDepthObserver, depthNearerThanItsRangeIsHeldAtItsEndAndNotCalledValid) {
+  NonlinearDepthObserver observer({}, {2, 20});
+  StillPoint point = StillPoint::at(-.2, .1, 1);
+  observer.reset(point.measured(kSigma), {4});
+  for (int i = 0; i < 60; ++i) {
+    point.move(lateral(.05), kDt);
+    observer.predict(Motion::fromTwist(lateral(.05), kDt));
+    observer.correct(point.measured(kSigma));
+  }
+  EXPECT_NEAR(observer.estimate().Z(), 2, 1e-9);
+  EXPECT_EQ(observer.estimate().status, DepthStatus::converging);
 }
 
 TEST(NonlinearDepthObserver, correctDepthWeighsTheMeasurementByItsSigma) {

@@ -57,6 +57,35 @@ TEST(PointwiseEstimator, ofOnePointIsTheBareEstimator) {
   EXPECT_NEAR(points.estimate(7).Z(), point.Z(), 0.01 * point.Z());
 }
 
+TEST(PointwiseEstimator, aRetiredPointLeavesItsPlaceToAnotherAndTheRestAlone) {
+  const MotionBuffer buffer = odometry(0, 5);
+  PointwiseEstimator all(NonlinearDepthObserver(), 3), two(NonlinearDepthObserver(), 2);
+  StillPoint first = StillPoint::at(.1, -.1, 1), second = StillPoint::at(-.1, .2, 2),
+             third = StillPoint::at(.2, .1, 1.5);
+  for (int i = 0; i < 60; ++i) {
+    const double t = i * kDt;
+    for (StillPoint* point : {&first, &second, &third}) {
+      if (i > 0) point->move(twistAt, t - kDt, t);
+    }
+    all.advance(buffer, t);
+    two.advance(buffer, t);
+    if (i == 20) {
+      EXPECT_TRUE(two.retire(1));
+    }
+    std::vector<PointObservation> early = {{1, first.measured(kSigma)},
+                                           {2, second.measured(kSigma)}};
+    std::vector<PointObservation> late = {{2, second.measured(kSigma)},
+                                          {3, third.measured(kSigma)}};
+    all.correct(i < 20 ? early : late);
+    two.correct(i < 20 ? early : late);
+  }
+  expectSame(two.estimate(2), all.estimate(2));
+  expectSame(two.estimate(3), all.estimate(3));
+  EXPECT_EQ(two.estimate(1).status, DepthStatus::unset);
+  EXPECT_EQ(two.ignored(), 0u);
+  EXPECT_FALSE(two.retire(1));
+}
+
 TEST(PointwiseEstimator, knowsPointsByAnyIdAndKeepsThemApart) {
   const MotionBuffer buffer = odometry(0, 5);
   PointwiseEstimator points(NonlinearDepthObserver(), 3);

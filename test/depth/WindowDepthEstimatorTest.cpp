@@ -128,6 +128,15 @@ TEST_P(EveryWindowMethod, motionTowardsThePointIsUnexcited) {
   EXPECT_EQ(run.estimate().excitation, 0);
 }
 
+TEST_P(EveryWindowMethod, sigmaOfWhatIsSeenButNotKnownDoesNotGrowBeyondAll) {
+  // A guess before the point: propagated, it nears the camera ever faster.
+  ObservedPoint run(StillPoint::at(0, 0, 8), options(GetParam()), kSigma, {1});
+  for (int i = 0; i < 100; ++i) {
+    run.see({{0, 0, 0.6}, {0, 0, 0}});
+    ASSERT_LE(run.estimate().sigma_chi, 1.01 * DepthPrior::kWideSigma_chi) << "image " << i + 1;
+  }
+}
+
 TEST_P(EveryWindowMethod, vagueFitIsNotTaken) {
   ObservedPoint run(StillPoint::at(.1, 0, 5), options(GetParam()), kSigma, {2});
   run.see({{.01, 0, 0}, {0, 0, 0}}, 3);

@@ -150,6 +150,7 @@ TEST_F(SequenceTest, images_elsewhere_are_found_in_the_folder_and_below_visp_inp
   remove("rgb.txt");
   remove("tracks.csv");
   remove("truth.csv");
+  remove("depth.txt");
   test::TemporaryFolder data;
   fs::create_directories(data / "ViSP-images/run-1");
   data.write("ViSP-images/run-1/i3.pgm", kPgm);
@@ -294,6 +295,30 @@ INSTANTIATE_TEST_SUITE_P(
                        "sequence.yaml",
                        "target: {points: [[0, 0, 0]]}\ndots: [[1, 1], [2, 2]]\n",
                        {"sequence.yaml:2: dots", "1 points", "2"}},
+        BrokenSequence{"tag_family",
+                       "sequence.yaml",
+                       "target: {type: apriltag, family: 36h12, tags: [{id: 1}]}\n",
+                       {"sequence.yaml:1: target.family", "'36h11'"}},
+        BrokenSequence{"tag_id",
+                       "sequence.yaml",
+                       "target: {type: apriltag, family: 16h5, tags: [{id: 30}]}\n",
+                       {"sequence.yaml:1: target.tags.id", "29"}},
+        BrokenSequence{"tag_twice",
+                       "sequence.yaml",
+                       "target: {type: apriltag, tags: [{id: 3}, {id: 3}]}\n",
+                       {"sequence.yaml:1: target.tags.id", "twice"}},
+        BrokenSequence{"no_tags",
+                       "sequence.yaml",
+                       "target: {type: apriltag, tags: []}\n",
+                       {"sequence.yaml:1: target.tags", "at least 1"}},
+        BrokenSequence{"tag_quaternion",
+                       "sequence.yaml",
+                       "target: {type: apriltag, tags: [{id: 3, quaternion: [0, 0, 0, 0]}]}\n",
+                       {"sequence.yaml:1: target.tags.quaternion", "norm"}},
+        BrokenSequence{"tags_and_points",
+                       "sequence.yaml",
+                       "target: {type: apriltag, points: [[0, 0, 0]], tags: [{id: 3}]}\n",
+                       {"sequence.yaml:1: target.points", "dots"}},
         BrokenSequence{"points_off_the_plate",
                        "sequence.yaml",
                        "target: {points: [[0, 0, 1]]}\n",

@@ -128,9 +128,12 @@ TEST(ActiveExcitation, moves_no_point_by_more_than_its_limit_and_ends) {
     }
     EXPECT_LT(farthest, limit);
     EXPECT_GT(farthest, .5);
-    ASSERT_EQ(with.events.size(), 2u);
-    EXPECT_NE(with.events[0].what.find("active excitation"), std::string::npos);
-    EXPECT_NE(with.events[1].what.find("ended"), std::string::npos);
+    std::vector<std::string> excitations;
+    for (const Event& event : with.events) {
+      if (event.what.rfind("active excitation", 0) == 0) excitations.push_back(event.what);
+    }
+    ASSERT_EQ(excitations.size(), 2u);
+    EXPECT_NE(excitations[1].find("ended"), std::string::npos);
   }
 }
 

@@ -151,16 +151,20 @@ TEST_F(ScenarioTest, the_effective_configuration_is_a_scenario_itself) {
 }
 
 TEST_F(ScenarioTest, the_effective_configuration_has_every_key) {
-  const auto json = nlohmann::json::parse(
-      loadWith({"sensing.hidden=[[1, 2]]", "expect.outcome=converged",
-                "target.twist=[{until: 5, v: [0, 0, 0, 0, 0, 0]}]", "control.law=profile",
-                "robot.goal=null", "control.profile=[{until: 5, v: [0.1, 0]}]",
-                "control.excite={speed: 0.1}"})
-          .toJson());
+  const auto parsed = [&](const std::vector<std::string>& overrides) {
+    return nlohmann::json::parse(loadWith(overrides).toJson());
+  };
+  const auto profile = parsed(
+      {"sensing.hidden=[[1, 2]]", "expect.outcome=converged",
+       "target.twist=[{until: 5, v: [0, 0, 0, 0, 0, 0]}]", "control.law=profile", "robot.goal=null",
+       "control.profile=[{until: 5, v: [0.1, 0]}]", "control.excite={speed: 0.1}"});
+  const auto tags = parsed({"target={type: apriltag, family: 36h11, tags: [{id: 0, size: 0.2}]}",
+                            "sensing.tracker=apriltag"});
   for (const std::string& key : Scenario::keys()) {
-    const nlohmann::json* at = &json;
+    const bool isOfTags = key.rfind("target.tags", 0) == 0 || key == "target.family" ||
+                          key.rfind("robot.goal", 0) == 0;
+    const nlohmann::json* at = isOfTags ? &tags : &profile;
     std::string rest = key + ".";
-    if (key.rfind("robot.goal.", 0) == 0) continue;  // a profile has no goal
     for (std::size_t dot; (dot = rest.find('.')) != std::string::npos; rest.erase(0, dot + 1)) {
       if (at->is_array()) at = &at->at(0);
       ASSERT_TRUE(at->contains(rest.substr(0, dot))) << key;

@@ -4,6 +4,9 @@
 
 namespace depthservo::detail {
 
+/// wn times the settling time to 2 % of s^2 + 2 wn s + wn^2.
+constexpr double kSettling = 5.83;
+
 /// What the discrete poles p_i = exp(s_i Dt), s^2 + k s + wn^2 = 0, ask of the gains of a nonlinear
 /// observer. Made anew only when Dt or wn^2 change: at a steady frame rate the exponentials, which
 /// cost most, stay.

@@ -105,6 +105,7 @@ class WindowDepthEstimator : public DepthEstimator {
   WindowFit fit_;
   Held held_;
   double sharpest_ = 0;     // least sigma_chi of a fit so far, propagated like held_
+  double vaguest_ = 0;      // sigma_chi of a point that is seen but not known [1/m]
   bool isLearnt_ = false;   // held_ comes from a fit
   bool isTaken_ = false;    // from the last one
   Motion sinceNewest_;      // of the camera, since the newest image

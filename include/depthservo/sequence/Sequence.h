@@ -51,6 +51,13 @@ struct ListedImage {
   std::string path;
 };
 
+/// Images and times of a table such as rgb.txt; paths relative to its folder. Throws InputError.
+std::vector<ListedImage> readImageList(const std::string& path);
+
+/// The camera of a camera_info file, of the sensor.yaml of a EuRoC camera, or a preset: tum-fr1 |
+/// tum-fr2 | tum-fr3 | icl. Throws InputError.
+PinholeCamera loadCamera(const std::string& fileOrPreset);
+
 /// The constant twists that lead from pose to pose (logarithm of SE(3)); the last one is repeated
 /// at the last pose. Empty for fewer than two poses. Times must increase.
 std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses);
@@ -84,6 +91,19 @@ struct ReplayHints {
   std::optional<double> settling, W_min, k, k_3;  ///< gains of the nonlinear observer
   std::optional<double> ke, kappa;  ///< of the known target's observer [1/s], [m/s, rad/s]
 };
+
+/// What is to be tracked, as sequence.yaml tells it.
+struct SequenceTarget {
+  DotTarget target;  ///< no points: not named; of AprilTags the corners, if all sizes are given
+  std::optional<AprilTagTarget> tags{};  ///< empty when the target is of another type
+  std::vector<PixelPoint>
+      dots{};  ///< start positions in the first image, ids 0, 1, ...; may be empty
+  ReplayHints hints{};
+};
+
+/// `target`, `dots` and `replay` of a file with the keys of sequence.yaml. Throws InputError; so it
+/// does when the file names neither.
+SequenceTarget readTarget(const std::string& path);
 
 struct SequenceOptions {
   /// A camera_info file, the sensor.yaml of a EuRoC camera or one of tum-fr1 | tum-fr2 | tum-fr3 |

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "depthservo/motion/OdometryRow.h"
@@ -24,12 +25,15 @@ class TwistStream {
   TwistStream& operator=(const TwistStream&) = delete;
 
   /// The rows that have arrived since the last call; waits up to `wait_s` for the first bytes of
-  /// them. At most a megabyte at a time. Never throws.
+  /// them, less when a signal comes. At most a megabyte at a time. Never throws.
   std::vector<OdometryRow> read(double wait_s);
 
   /// Whether no more can be expected now: the end of a file, or a pipe that nobody writes to any
   /// more. (A pipe may get a new writer.)
   bool isEnded() const { return isEnded_; }
+
+  /// Whether a signal cut the last wait short.
+  bool wasInterrupted() const { return wasInterrupted_; }
 
   struct Counts {
     std::size_t rows = 0;       ///< taken
@@ -40,21 +44,22 @@ class TwistStream {
   };
   const Counts& counts() const { return counts_; }
 
-  /// Why the last refused line was refused, in one sentence.
-  const std::string& lastFault() const { return lastFault_; }
+  /// Why lines were refused since the last call, a sentence each; at most the first ten.
+  std::vector<std::string> takeFaults() { return std::exchange(faults_, {}); }
 
  private:
   void take(const char* bytes, std::size_t count, std::vector<OdometryRow>& rows);
   void takeLine(std::string_view line, std::vector<OdometryRow>& rows);
   void endOfWriter(std::vector<OdometryRow>& rows);
+  void note(std::string fault);
 
   int file_ = -1;
-  bool isRegular_ = false, isEnded_ = false, hadBytes_ = false;
+  bool isRegular_ = false, isEnded_ = false, wasInterrupted_ = false;
   bool isOverlong_ = false;  // the rest of the line is to be thrown away
   std::string line_;         // begun, not ended
   double last_s_;
   Counts counts_;
-  std::string lastFault_;
+  std::vector<std::string> faults_;
 };
 
 }  // namespace depthservo

@@ -63,6 +63,9 @@ struct FocalReplay {
 FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& options,
                         const std::function<void(double)>& progress = {});
 
+/// In words: the lever arm and what to do about it, and whether the estimate contradicts itself.
+std::string remark(const FocalReplay& replay);
+
 /// One JSON object.
 std::string toJson(const FocalReplay& replay);
 

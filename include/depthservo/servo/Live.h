@@ -16,12 +16,11 @@ namespace depthservo {
 struct LiveOptions {
   std::string name = "live";
   PinholeCamera camera;
-  DotTarget target;              ///< no points: unknown
-  std::vector<PixelPoint> dots;  ///< start positions, ids 0, 1, ...; none: the target's pattern
-  ReplayOptions observation;     ///< estimator, first guess, noise; tracker and motion play no part
-  double rate = 0;               ///< images per second, 0: not known; for the gain of `pose` [Hz]
-  double duration_s = 0;         ///< stop after this time of the images' clock; 0: at their end
-  bool keepsLog = true;          ///< false: only the last frames stay in memory
+  SequenceTarget target;      ///< dots, AprilTags; none: natural corners
+  ReplayOptions observation;  ///< tracker, estimator, first guess, noise; motion plays no part
+  double rate = 0;            ///< images per second, 0: not known; for the gain of `pose` [Hz]
+  double duration_s = 0;      ///< stop after this time of the images' clock; 0: at their end
+  bool keepsLog = true;       ///< false: only the last frames stay in memory
 
   /// How long an image waits for the twists of its time [s]: as long as they are late the first
   /// time, then no more until they come again.
@@ -56,6 +55,7 @@ class Live {
   LiveOptions options_;
   ImageSource& images_;
   TwistStream* twists_;
+  ReplayTracker tracker_;
 };
 
 }  // namespace depthservo

@@ -18,8 +18,9 @@ struct PointMetrics {
   double frames_to_5pct = kUnknown;  ///< forecast at the end: images until sigma_Z is 5 % of Z
   double time_to_5pct_s = kUnknown;  ///< when it first was, from the first frame [s]
   std::size_t measured_frames = 0, hidden_frames = 0;
-  double unexcited_s = 0;         ///< time in which the camera's motion told nothing of it
-  std::string unexcited_because;  ///< of the last second or more of that; empty: none so long
+  std::size_t rejected_frames = 0;  ///< measured, and contradicting the prediction
+  double unexcited_s = 0;           ///< time in which the camera's motion told nothing of it
+  std::string unexcited_because;    ///< of the last second or more of that; empty: none so long
 };
 
 /// The figures of a run or a replay. Whatever the log cannot tell is kUnknown.
@@ -35,7 +36,9 @@ struct Metrics {
   /// Share of the estimates (converging or valid, truth known) whose inverse depth is within 2
   /// sigma of the true one [-]; 0.954 for an honest sigma and Gaussian errors.
   double coverage_2sigma = kUnknown;
-  std::vector<PointMetrics> points;  ///< by ascending id
+  std::size_t rejected_measurements = 0;  ///< of all points
+  std::size_t rejected_points = 0;        ///< last known as rejected or lost: not to be relied on
+  std::vector<PointMetrics> points;       ///< by ascending id
 };
 
 Metrics computeMetrics(const RunLog& log);

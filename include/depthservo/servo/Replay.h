@@ -12,8 +12,10 @@ namespace depthservo {
 
 /// How points are found in recorded data.
 enum class ReplayTracker {
-  automatic,  ///< dots where there are images and start positions, tracks without images
+  automatic,  ///< apriltag where the target has tags, else dots where there are images, else tracks
   dots,       ///< DotTracker from the start positions, or from the target's pattern without them
+  apriltag,   ///< AprilTagTracker, of the target's tags or of all tags of a family
+  klt,        ///< KltTracker: natural corners
   tracks,     ///< tracks.csv
 };
 
@@ -31,6 +33,10 @@ struct ReplayOptions {
   Scenario::Depth depth;               ///< estimator, first guess, range
   std::optional<double> priorSigma_Z;  ///< 1 sigma of the first guess [m]; none: the wide default
   double pixelNoise_px = 0.5;          ///< 1 sigma per axis told to the estimator [px]
+  bool isPixelNoiseGiven = false;      ///< if not, apriltag and klt say it of each point themselves
+
+  std::string tagFamily = "36h11";  ///< of AprilTags when the sequence does not name its target
+  int corners = 300;                ///< as many as klt follows at once, 1..2000
 
   /// Declared noise of the odometry; none: the estimator's own default.
   std::optional<OdometryNoise> odometryNoise;
@@ -39,6 +45,8 @@ struct ReplayOptions {
 
   /// As the sequence itself asks for, with the defaults above for the rest. \throw InputError
   static ReplayOptions of(const Sequence& sequence);
+  /// \param file where the hints stand, for messages
+  static ReplayOptions of(const ReplayHints& hints, const std::string& file);
 };
 
 /// Observes depth on recorded data: the same tracker and estimator as in the servo loop, with no

@@ -31,8 +31,6 @@ struct ReproduceOptions {
 struct Reproduction {
   std::vector<ReproduceRow> rows;
   std::vector<Figure> figures;
-  /// What an experiment is, by the word after the paper's name in its rows' ids.
-  std::map<std::string, std::string> experiments = {};
 };
 
 /// Ibuki, Nakano, Shigaki, Hatanaka, "Sampled visual feedback pose estimation and regulation based
@@ -56,6 +54,8 @@ struct Paper {
   const char* name;  ///< as on the command line and in ids
   const char* citation;
   Reproduction (*reproduce)(const ReproduceOptions&);
+  /// What an experiment is, by the word after the paper's name in its rows' ids.
+  std::map<std::string, std::string> experiments;
 };
 
 /// In the order of their names.

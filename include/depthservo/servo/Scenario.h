@@ -11,7 +11,6 @@
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/features/FeaturePoint.h"
 #include "depthservo/motion/PinholeCamera.h"
-#include "depthservo/robots/MobileManipulator.h"
 #include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/RunLog.h"
 #include "depthservo/servo/VelocityProfile.h"
@@ -120,12 +119,18 @@ struct Scenario {
     double joints = 1;                     ///< rate of each joint of the arm [rad/s]
   };
 
+  /// Of a mobile manipulator; the camera at its tip looks along the forearm.
+  struct Arm {
+    Eigen::Vector3d mount{0.1, 0, 0.2};                    ///< foot of the column, robot frame [m]
+    double column = 0.3, upper_arm = 0.35, forearm = 0.3;  ///< lengths [m]
+  };
+
   struct Robot {
     RobotKind type = RobotKind::unicycle;
     Eigen::Vector3d camera_offset = Eigen::Vector3d::Zero();  ///< robot frame: x forward, z up [m]
     double camera_yaw = 0;                                    ///< optical axis, about robot z [rad]
     double pan_axis = 0.1;  ///< of the pan platform, ahead of the wheel axle [m]
-    MobileManipulator::Geometry arm;
+    Arm arm;
     RobotPose initial;
     std::optional<RobotPose> goal;  ///< this or control.desired
     Limits limits;

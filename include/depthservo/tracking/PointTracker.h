@@ -33,6 +33,16 @@ class PointTracker {
   virtual const std::vector<TrackedPoint>& track(
       const DEPTHSERVO_VISP vpImage<unsigned char>& image,
       const std::vector<ExpectedPoint>& expected) = 0;
+
+  /// Ids that will never be given again, as of the last image; each is told once.
+  virtual const std::vector<int>& retired() const {
+    static const std::vector<int> none;
+    return none;
+  }
+
+  /// Asks for a point to be retired, since it does not stand still. Trackers of named points ignore
+  /// it.
+  virtual void giveUp(int /*id*/) {}
 };
 
 }  // namespace depthservo

@@ -94,6 +94,7 @@ function showFigures() {
     ['worst final depth error', isKnown(m.final_depth_error_max) ? percent(m.final_depth_error_max) : null],
     ['truth within 2 sigma', isKnown(m.coverage_2sigma)
       ? percent(m.coverage_2sigma) + ' of the estimates (95.4 % if honest)' : null],
+    ['lowest frame rate', isKnown(m.min_frame_rate) ? figure(m.min_frame_rate, 3) + ' Hz' : null],
     ['longest gap', m.max_gap_s > 0 ? figure(m.max_gap_s, 3) + ' s' : 'none'],
     ['smallest distance to the border', isKnown(m.min_border_px)
       ? figure(m.min_border_px, 3) + ' px' + (m.all_in_image ? '' : ' (outside the image)') : null],

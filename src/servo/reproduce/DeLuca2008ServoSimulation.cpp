@@ -32,8 +32,8 @@ constexpr double kTick = 1e-4;                   // of the wheel encoders [m]
 constexpr double kWheelBase = 0.36;              // [m]
 constexpr double kSpeed = 0.7, kTurnRate = 0.8;  // limits [m/s, rad/s]
 constexpr double kMomentScale = 0.2;             // of the third moment feature: about 1 at the goal
-constexpr double kDotRadius = 0.012;             // [m]
-constexpr double kZ_max = 20;                    // [m]
+constexpr double kDotRadius = 0.008;  // [m]; small: a dot is lost as soon as the border cuts it
+constexpr double kZ_max = 20;         // [m]
 
 /// The paper's observer by Euler's method: the state of image k + 1 from the measurement of image k
 /// and the twist between both.

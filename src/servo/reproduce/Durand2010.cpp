@@ -304,12 +304,6 @@ auto startScaled(double factor) {
 }
 PointState startDesired(const Run& run, int point) { return withRawImage(run, point, 1); }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 std::vector<durand2010::OcclusionCase> durand2010::occlusionCases() {
@@ -327,6 +321,12 @@ std::vector<durand2010::OcclusionCase> durand2010::occlusionCases() {
       {"frozen", "features frozen", W::freeze, {}, 28.6, 51.2, 15.4, 0, 0},
       {"held-velocity", "velocity held", W::holdVelocity, {}, 0, 0, 15.4, 0, 0},
       {"stop", "robot stopped", W::stop, {}, 0, 0, 17.7, 0, 0}};
+}
+
+double durand2010::median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 namespace {
@@ -537,17 +537,6 @@ void printRows(Rows& rows) {
   arctan.note = "the robot of the paper's own simulation drives towards -x: it must be atan2";
 }
 
-std::map<std::string, std::string> experiments() {
-  return {
-      {"print", "What cannot hold as printed"},
-      {"noise-free", "The simulation without noise"},
-      {"i", "Simulation (i): perfect data"},
-      {"ii", "Simulation (ii): 1 px noise"},
-      {"iii", "Simulation (iii): images hidden for 7 s <= t < 9 s"},
-      {"long", "Images hidden for 7 s <= t < 20 s"},
-      {"observer", "The observer of De Luca, Oriolo, Robuffo Giordano 2008 on the same images"}};
-}
-
 }  // namespace
 
 Reproduction reproduceDurand2010(const ReproduceOptions& options) {
@@ -573,7 +562,8 @@ Reproduction reproduceDurand2010(const ReproduceOptions& options) {
   returnRows(rows, options.seed, seeds);
   longOcclusionRows(rows, options.seed, seeds);
   observerRows(rows, approach);
-  return {rows.take(), figures(options.seed, std::min(seeds, 200U)), experiments()};
+  imageRows(rows, options.seed, options.full ? 100 : 6);
+  return {rows.take(), figures(options.seed)};
 }
 
 }  // namespace depthservo

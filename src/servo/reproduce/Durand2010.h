@@ -8,6 +8,9 @@
 #include "depthservo/depth/WindowFit.h"
 #include "depthservo/robots/PanUnicycle.h"
 #include "depthservo/servo/Figure.h"
+#include "depthservo/servo/RunLog.h"
+#include "depthservo/servo/Scenario.h"
+#include "servo/reproduce/Rows.h"
 
 /// The simulations of Durand Petiteville, Courdesses, Cadenat 2010, section 4, on exact geometry.
 /// The paper leaves open the focal length, the robot's dimensions, the landmark, the depth at the
@@ -80,6 +83,8 @@ struct SampledObserver {
   std::vector<double> relativeErrors(const Run& run, int point, int ticks) const;
 };
 
+double median(std::vector<double> values);
+
 /// One way to survive the occlusions, with its figures over the seeds.
 struct OcclusionCase {
   const char *id, *claim;
@@ -91,7 +96,23 @@ struct OcclusionCase {
 
 std::vector<OcclusionCase> occlusionCases();
 
+/// Simulation (ii) through images: what data/scenarios/durand2010/noise.yaml says.
+Scenario imageScenario();
+
+/// A run through images, and where the camera was.
+struct ImageRun {
+  RunLog log;
+  std::vector<Eigen::Isometry3d> wMc;  ///< by frame
+
+  /// True max |s - s*| of a frame [px].
+  double error_px(std::size_t frame) const;
+};
+ImageRun runThroughImages(const Scenario& scenario);
+
+/// The simulations again, with points measured in rendered images.
+void imageRows(Rows& rows, unsigned seed, unsigned seeds);
+
 /// The simulations in pictures.
-std::vector<Figure> figures(unsigned seed, unsigned seeds);
+std::vector<Figure> figures(unsigned seed);
 
 }  // namespace depthservo::durand2010

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
+#include <sstream>
 #include <string>
 
 #include "depthservo/depth/FrameRateConditions.h"
@@ -25,6 +27,12 @@ std::string text(double value) {
   s.erase(s.find_last_not_of('0') + 1);
   if (s.back() == '.') s.pop_back();
   return s;
+}
+
+std::string scientific(double value) {
+  std::ostringstream s;
+  s << std::setprecision(2) << value;
+  return s.str();
 }
 
 void addConditions(Rows& rows) {
@@ -322,7 +330,7 @@ void addRendered(Rows& rows, const ReproduceOptions& options) {
     add("turning", "largest |e|, 40 to 50 s", .913, t.largest(40, 50), .02);
     add("still", "largest |e| after 50 s", .509, t.largest(50, 60), .02);
     rows.addTruth(id + "end", "|e| at 60 s below 0.01" + when, t.before(60) < .01).note =
-        "|e| at 60 s " + text(t.before(60)) + "; what is left is the tracker's error";
+        "|e| at 60 s " + scientific(t.before(60)) + "; the dots are drawn without noise";
     rows.add(id + "seen", "share of the images in which all dots were measured" + when, 1,
              static_cast<double>(t.framesWithAllPoints) / t.framesTaken, "", .01);
   }
@@ -335,7 +343,7 @@ void addRendered(Rows& rows, const ReproduceOptions& options) {
   rows.add("images/B/turning", "largest |e|, target turning" + what, .311, exact.largest(20, 25),
            "m, rad", .02);
   rows.addTruth("images/B/end", "|e| at 40 s below 0.002" + what, exact.before(40) < .002).note =
-      "|e| at 40 s " + text(exact.before(40));
+      "|e| at 40 s " + scientific(exact.before(40));
   rows.add("images/B/seen", "share of the images in which all dots were measured" + what, 1,
            static_cast<double>(exact.framesWithAllPoints) / exact.framesTaken, "", .01);
   struct Expected {

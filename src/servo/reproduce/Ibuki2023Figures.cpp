@@ -91,8 +91,9 @@ Figure simulationFigure(bool isVariable) {
   figure.caption =
       "The target recedes at 1.4 m/s until 30 s, turns, swings from 40 s to 50 s, then stands "
       "still. "
-      "The error stays far below the bound and vanishes with the motion; through images the "
-      "tracker's noise is left. The velocities are those of the coupled law; the first tenth of a "
+      "The error stays far below the bound and vanishes with the motion; with the points "
+      "measured in rendered images it is the same. The velocities are those of the coupled law; "
+      "the first tenth of a "
       "second, up to 57 m/s, is cut off.";
   figure.columns = 2;
   figure.panels = {U, e};
@@ -231,7 +232,7 @@ Figure conditionsFigure() {
   rates.logX = rates.logY = true;
   Curve observer = named("observer converges, (7)"),
         regulation = named("regulation with kc = 4 ke converges, (23)"),
-        moving = named("regulation, moving target: some bound, (28b)"),
+        moving = named("regulation, moving target: some bound, (28b)", Curve::Style::dashed),
         limit = named("corrections overshoot below, ke/2", Curve::Style::dashed);
   for (double ke = .2; ke < 21; ke *= 1.2) {
     const SampledGains gains{4 * ke, ke, .95, 1e9, 1, 0};

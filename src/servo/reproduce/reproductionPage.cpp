@@ -72,16 +72,16 @@ std::string table(const std::string& rows) {
          rows + "</table></div>\n";
 }
 
-std::string experimentElement(const Experiment& experiment, const Reproduction& reproduction) {
+std::string experimentElement(const Experiment& experiment, const Paper& paper) {
   const auto agree = std::count_if(experiment.rows.begin(), experiment.rows.end(),
                                    [](const ReproduceRow* row) { return row->pass; });
-  const auto title = reproduction.experiments.find(experiment.id);
+  const auto title = paper.experiments.find(experiment.id);
   std::string rows;
   for (const ReproduceRow* row : experiment.rows) rows += rowElement(*row, shortId(*row));
   return fmt::format(
       "<details><summary>{} <span class=\"count {}\">{} of {} "
       "agree</span></summary>{}</details>\n",
-      html::escaped(title == reproduction.experiments.end() ? experiment.id : title->second),
+      html::escaped(title == paper.experiments.end() ? experiment.id : title->second),
       agree == static_cast<std::ptrdiff_t>(experiment.rows.size()) ? "" : "bad", agree,
       experiment.rows.size(), table(rows));
 }
@@ -114,7 +114,7 @@ std::string paperElement(const ReproducedPaper& reproduced, const fs::path& fold
   if (!figures.empty()) body += "<h3>Figures</h3><div class=\"figures\">" + figures + "</div>\n";
   body += "<h3>All rows</h3>\n";
   for (const Experiment& experiment : experimentsOf(result.rows)) {
-    body += experimentElement(experiment, result);
+    body += experimentElement(experiment, paper);
   }
   return body + "</section>\n";
 }

@@ -1,0 +1,200 @@
+#include "depthservo/servo/Live.h"
+
+#include <fmt/format.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+
+#include "View.h"
+#include "commands.h"
+#include "depthservo/servo/Metrics.h"
+#include "depthservo/servo/RunFolder.h"
+#include "findings.h"
+#include "observation.h"
+
+namespace depthservo {
+namespace {
+
+struct LiveArguments {
+  std::string source, camera, twist, target, motion, times, out, tracker = "auto";
+  VideoOptions video;
+  ObservationArguments observation;
+  double duration_s = 0;
+  std::optional<double> patience_s;
+  bool noWindow = false, json = false;
+};
+
+volatile std::sig_atomic_t interrupted = 0;
+
+/// Ctrl-C and a plain kill end the run as the end of the images does; the second one at once.
+void stopOn(int signal) {
+  std::signal(signal, [](int which) {
+    interrupted = 1;
+    std::signal(which, SIG_DFL);
+  });
+}
+
+PinholeCamera cameraOf(const std::string& name) {
+  if (name.empty()) {
+    refuseOption("--camera", "missing; give a camera_info file (doc/sources.md: how to calibrate)");
+  }
+  return loadCamera(name);
+}
+
+std::vector<double> readTimes(const std::string& file) {
+  std::vector<double> times;
+  for (const ListedImage& image : readImageList(file)) times.push_back(image.time_s);
+  return times;
+}
+
+std::unique_ptr<View> viewOf(const LiveArguments& arguments, const LiveOptions& options,
+                             const VideoSource& images, std::function<void()> whenClosed) {
+  if (arguments.noWindow) return nullptr;
+  const char* display = std::getenv("DISPLAY");
+  if (!display || !*display) return nullptr;
+  try {
+    return std::make_unique<View>(ViewOptions{options.camera.width, options.camera.height,
+                                              images.isLive() ? 0 : images.fps(), arguments.source,
+                                              "", std::move(whenClosed)});
+  } catch (const InputError&) {
+    return nullptr;
+  }
+}
+
+void finish(const LiveArguments& arguments, const RunLog& log) {
+  if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
+  printTable(log);
+  printFindings(log);
+  fmt::print(stderr, "{}\n", log.reason);
+  if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
+  if (arguments.json) fmt::print("{}\n", toJson(log));
+  std::fflush(nullptr);
+}
+
+int watchLive(const LiveArguments& arguments) {
+  silenceImageLibraries();
+  LiveOptions options;
+  options.camera = cameraOf(arguments.camera);
+  if (!arguments.target.empty()) {
+    options.target = readTarget(arguments.target);
+    options.observation = ReplayOptions::of(options.target.hints, arguments.target);
+  }
+  apply(arguments.observation, options.target.tags.has_value(), options.observation);
+  options.observation.tracker = trackerNamed(arguments.tracker);
+  if (arguments.motion != "twist" && arguments.motion != "target" && !arguments.motion.empty()) {
+    refuseOption("--motion",
+                 fmt::format("'{}' is not known; expected twist or target", arguments.motion));
+  }
+  if (arguments.motion == "twist" && arguments.twist.empty()) {
+    refuseOption("--motion", "twist needs --twist FIFO, or --twist - for standard input");
+  }
+  if (arguments.motion == "target" && !arguments.twist.empty()) {
+    refuseOption("--twist", "is not used with --motion target; leave one of them out");
+  }
+  if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
+
+  VideoOptions video = arguments.video;
+  video.width = options.camera.width;
+  video.height = options.camera.height;
+  if (!arguments.times.empty()) video.times = readTimes(arguments.times);
+  VideoSource images(arguments.source, video);
+  std::unique_ptr<TwistStream> twists;
+  if (!arguments.twist.empty()) twists = std::make_unique<TwistStream>(arguments.twist);
+
+  constexpr double kCameraPatience_s = 0.1, kFilePatience_s = 2;
+  options.name = arguments.source;
+  options.rate = images.fps();
+  options.duration_s = arguments.duration_s;
+  options.keepsLog = !arguments.out.empty() || arguments.json;
+  options.patience_s =
+      arguments.patience_s.value_or(images.isLive() ? kCameraPatience_s : kFilePatience_s);
+  Live live(options, images, twists.get());
+  const RunLog* shown = nullptr;  // while the window draws
+  const std::unique_ptr<View> view = viewOf(arguments, options, images, [&] {
+    if (!shown) return;
+    RunLog log = *shown;
+    log.reason = "the window was closed";
+    finish(arguments, log);
+  });
+  if (!view && !arguments.noWindow) fmt::print(stderr, "note: no display, hence no window\n");
+
+  stopOn(SIGINT);
+  stopOn(SIGTERM);
+  const RunLog log = live.run([&](const LiveFrame& frame) {
+    if (view) {
+      std::string status;
+      if (frame.twists) {
+        status =
+            fmt::format("twists: {} rows, {} refused", frame.twists->rows, frame.twists->refused());
+      }
+      if (!frame.log.events.empty()) {
+        status += (status.empty() ? "" : "   ") + frame.log.events.back().what;
+      }
+      shown = &frame.log;
+      view->show(frame.image, frame.record, frame.log, status);
+      if (view->isClosed()) return false;
+      shown = nullptr;
+    }
+    return interrupted == 0;
+  });
+  finish(arguments, log);
+  return kMet;
+}
+
+}  // namespace
+
+void addLive(CLI::App& app, int& exitCode) {
+  CLI::App* command =
+      app.add_subcommand("live", "Observe depth while a camera runs, or a video file");
+  auto a = std::make_shared<LiveArguments>();
+  command
+      ->add_option("--source", a->source,
+                   "Camera (0, /dev/video0, rtsp://...), video file, or images (DIR/%06d.png)")
+      ->required()
+      ->type_name("SOURCE");
+  command->add_option("--camera", a->camera, "camera_info file of this camera")->type_name("FILE");
+  command
+      ->add_option("--target", a->target,
+                   "YAML file with 'target: {...}', 'dots: [...]' or both, as in sequence.yaml")
+      ->type_name("FILE");
+  command
+      ->add_option("--tracker", a->tracker,
+                   "dots | apriltag | klt; default: the target's, klt without a target")
+      ->type_name("NAME");
+  command
+      ->add_option("--twist", a->twist,
+                   "Pipe (or file, or - for stdin) of lines timestamp,vx,vy,vz,wx,wy,wz")
+      ->type_name("FIFO");
+  command->add_option("--motion", a->motion, "twist | target; default: twist if --twist is given")
+      ->type_name("SOURCE");
+  addObservationOptions(*command, a->observation);
+  command->add_option("--fps", a->video.fps, "Images per second of a file; asked of a camera [Hz]")
+      ->type_name("F")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--start", a->video.start_s, "Time of a file's first image [s]; default 0")
+      ->type_name("T");
+  command->add_option("--times", a->times, "Times of a file's images, one per line, e.g. rgb.txt")
+      ->type_name("FILE");
+  command
+      ->add_option("--latency", a->video.latency_s,
+                   "Age of a camera's image when it arrives [s]; default 0")
+      ->type_name("S")
+      ->check(CLI::Range(0.0, 10.0));
+  command
+      ->add_option("--patience", a->patience_s,
+                   "How long an image waits for its twists [s]; default: camera 0.1, file 2")
+      ->type_name("S")
+      ->check(CLI::Range(0.0, 60.0));
+  command->add_option("--duration", a->duration_s, "Stop after this time [s]; default: at the end")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--no-window", a->noWindow, "Open no window");
+  command->add_flag("--json", a->json, "Print the result as one JSON object on stdout");
+  command->add_option("--out", a->out, "Write a run folder with report.html; must not exist")
+      ->type_name("DIR");
+  command->callback([a, &exitCode] { exitCode = watchLive(*a); });
+}
+
+}  // namespace depthservo

@@ -1,0 +1,217 @@
+#include "observation.h"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <opencv2/core/utils/logger.hpp>
+
+#include "TagLines.h"
+#include "depthservo/servo/Metrics.h"
+
+namespace depthservo {
+namespace {
+
+/// Z or Z:sigma in metres.
+void readPrior(const std::string& text, ReplayOptions& options) {
+  const auto number = [&](const std::string& part) {
+    double value = 0;
+    if (!CLI::detail::lexical_cast(part, value) || !(value > 0) || !std::isfinite(value)) {
+      refuseOption("--prior",
+                   fmt::format("'{}' is not a depth; expected Z or Z:sigma in metres, both > 0, "
+                               "e.g. 1.5 or 1.5:0.2",
+                               text));
+    }
+    return value;
+  };
+  const std::size_t colon = text.find(':');
+  options.depth.initial = number(text.substr(0, colon));
+  if (colon != std::string::npos) options.priorSigma_Z = number(text.substr(colon + 1));
+}
+
+/// What the joint filter shall learn besides depths.
+Scenario::Joint jointNamed(const std::vector<std::string>& names) {
+  Scenario::Joint joint{false, false, false};
+  for (const std::string& name : names) {
+    if (name == "time-offset") {
+      joint.time_offset = true;
+    } else if (name == "gyro-bias") {
+      joint.gyro_bias = true;
+    } else if (name == "focal") {
+      joint.focal = true;
+    } else if (name != "none" || names.size() > 1) {
+      refuseOption("--joint",
+                   fmt::format("'{}' is not known; expected time-offset, gyro-bias and focal, "
+                               "separated by commas, or none",
+                               name));
+    }
+  }
+  return joint;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return kUnknown;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// So many points that only their statistics can be read.
+void printStatistics(const Metrics& metrics) {
+  std::vector<double> Z, sigma, error;
+  std::map<DepthStatus, int> count;
+  for (const PointMetrics& point : metrics.points) {
+    ++count[point.status];
+    if (point.status != DepthStatus::valid) continue;
+    Z.push_back(point.Z);
+    sigma.push_back(point.sigma_Z / point.Z);
+    if (std::isfinite(point.relative_error)) error.push_back(point.relative_error);
+  }
+  std::string statuses;
+  for (const auto& [status, n] : count) {
+    statuses += fmt::format("{}{} {}", statuses.empty() ? "" : ", ", n, toString(status));
+  }
+  fmt::print(stderr, "  {} points at the last: {}\n", metrics.points.size(), statuses);
+  if (!Z.empty()) {
+    fmt::print(stderr, "  valid: median Z {:.3g} m, median sigma {:.2g} %", median(Z),
+               100 * median(sigma));
+    if (!error.empty()) fmt::print(stderr, ", median error {:.2g} %", 100 * median(error));
+    fmt::print(stderr, "\n");
+  }
+}
+
+}  // namespace
+
+void refuseOption(const std::string& option, const std::string& message) {
+  throw InputError({option, 0, ""}, message);
+}
+
+void addObservationOptions(CLI::App& command, ObservationArguments& a) {
+  command
+      .add_option("--estimator", a.estimator,
+                  "constant | two-frame | nonlinear | window | filter (default) | joint")
+      ->type_name("NAME");
+  command.add_option("--ke", a.ke, "Gain of the estimator pose [1/s]; default: by the frame rate")
+      ->type_name("KE")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--prior", a.prior, "First guess of every depth [m], with its sigma if known")
+      ->type_name("Z[:SIGMA]");
+  command
+      .add_option("--tag-family", a.tagFamily,
+                  "Of AprilTags that the target does not name; default 36h11")
+      ->type_name("NAME");
+  command.add_option("--corners", a.corners, "That klt follows at once; default 300")
+      ->type_name("N")
+      ->check(CLI::Range(1, 2000));
+  command
+      .add_option("--pixel-noise", a.pixelNoise_px,
+                  "1 sigma per axis [px]; default 0.5, of apriltag and klt what they measure")
+      ->type_name("PX")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--odometry-noise", a.odometryNoise,
+                  "White noise per twist row, 1 sigma [m/s],[rad/s]; 0,0: exact")
+      ->type_name("V,W")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--odometry-scale-sigma", a.odometryScaleSigma,
+                  "Relative uncertainty of the translation, 1 sigma; for filter and joint")
+      ->type_name("S")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--focal-sigma", a.focalSigma,
+                  "Relative uncertainty of the focal length, 1 sigma; for filter and joint")
+      ->type_name("S")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--joint", a.joint,
+                  "What the joint filter learns besides depths: time-offset,gyro-bias,focal or "
+                  "none; default time-offset")
+      ->type_name("LIST")
+      ->delimiter(',');
+}
+
+void apply(const ObservationArguments& arguments, bool hasTags, ReplayOptions& options) {
+  if (!arguments.estimator.empty()) {
+    options.depth.estimator = availableEstimator(arguments.estimator, {"--estimator", 0, ""});
+  }
+  if (!arguments.joint.empty()) {
+    if (arguments.estimator.empty()) options.depth.estimator = EstimatorKind::joint;
+    if (options.depth.estimator != EstimatorKind::joint) {
+      refuseOption("--joint", "is for --estimator joint");
+    }
+    options.depth.joint = jointNamed(arguments.joint);
+  }
+  if (options.depth.estimator == EstimatorKind::trueDepth) {
+    refuseOption("--estimator",
+                 "'true' is for simulated runs; use constant, or let it be observed");
+  }
+  if (arguments.ke) options.depth.pose.ke = arguments.ke;
+  if (!arguments.prior.empty()) readPrior(arguments.prior, options);
+  if (arguments.odometryNoise.size() == 2) {
+    const double sigma_v = arguments.odometryNoise[0], sigma_w = arguments.odometryNoise[1];
+    options.odometryNoise = sigma_v == 0 && sigma_w == 0 ? OdometryNoise::none()
+                                                         : OdometryNoise::white(sigma_v, sigma_w);
+  }
+  if (arguments.odometryScaleSigma) options.odometryScaleSigma = *arguments.odometryScaleSigma;
+  if (arguments.focalSigma) options.focalSigma = *arguments.focalSigma;
+  if (!arguments.tagFamily.empty()) {
+    const std::vector<std::string> families = aprilTagFamilies();
+    if (std::find(families.begin(), families.end(), arguments.tagFamily) == families.end()) {
+      refuseOption("--tag-family", fmt::format("'{}' is not known; expected {}",
+                                               arguments.tagFamily, fmt::join(families, ", ")));
+    }
+    if (hasTags) refuseOption("--tag-family", "the target names its tags already");
+    options.tagFamily = arguments.tagFamily;
+  }
+  if (arguments.corners > 0) options.corners = arguments.corners;
+  if (arguments.pixelNoise_px > 0) {
+    options.pixelNoise_px = arguments.pixelNoise_px;
+    options.isPixelNoiseGiven = true;
+  }
+}
+
+ReplayTracker trackerNamed(const std::string& name) {
+  if (name == "auto") return ReplayTracker::automatic;
+  if (name == "dots") return ReplayTracker::dots;
+  if (name == "tracks") return ReplayTracker::tracks;
+  if (name == "apriltag") return ReplayTracker::apriltag;
+  if (name == "klt") return ReplayTracker::klt;
+  refuseOption("--tracker",
+               fmt::format("'{}' is not known; expected dots, apriltag, klt or tracks", name));
+}
+
+void silenceImageLibraries() {
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+}
+
+void printTable(const RunLog& log) {
+  const Metrics metrics = computeMetrics(log);
+  fmt::print(stderr, "{}: {} frames, {:.2f} s\n", log.name, metrics.frames, metrics.duration_s);
+  if (metrics.rejected_measurements > 0) {
+    fmt::print(stderr, "  {} measurements rejected; {} points not to be relied on\n",
+               metrics.rejected_measurements, metrics.rejected_points);
+  }
+  printTags(log);
+  constexpr std::size_t kMostLines = 16;
+  if (metrics.points.size() > kMostLines) return printStatistics(metrics);
+  for (const PointMetrics& point : metrics.points) {
+    fmt::print(stderr, "  point {}: Z {:.4g} +- {:.2g} m (2 sigma), {}, measured in {} frames",
+               point.id, point.Z, 2 * point.sigma_Z, toString(point.status), point.measured_frames);
+    if (std::isfinite(point.relative_error)) {
+      fmt::print(stderr, ", {:.2g} % from {:.4g} m", 100 * point.relative_error, point.Z_true);
+    }
+    if (point.status == DepthStatus::unexcited && !point.unexcited_because.empty()) {
+      fmt::print(stderr, ": {}", point.unexcited_because);
+    }
+    fmt::print(stderr, "\n");
+  }
+}
+
+}  // namespace depthservo

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "depthservo/servo/Replay.h"
+
+namespace depthservo {
+
+/// What replay and live are told about how to observe depth.
+struct ObservationArguments {
+  std::string estimator, prior, tagFamily;
+  int corners = 0;
+  double pixelNoise_px = 0;
+  std::vector<double> odometryNoise;
+  std::optional<double> odometryScaleSigma, focalSigma, ke;
+  std::vector<std::string> joint;
+};
+
+void addObservationOptions(CLI::App& command, ObservationArguments& arguments);
+
+/// Puts what was given into the options. \param hasTags the target names its AprilTags
+/// \throw InputError
+void apply(const ObservationArguments& arguments, bool hasTags, ReplayOptions& options);
+
+ReplayTracker trackerNamed(const std::string& name);  ///< \throw InputError
+
+/// OpenCV and FFmpeg tell what they think of a camera or a file on stderr; what matters of it is
+/// told by the tool.
+void silenceImageLibraries();
+
+/// One line per point on stderr: where it is believed to be, and how far that is from the truth.
+void printTable(const RunLog& log);
+
+[[noreturn]] void refuseOption(const std::string& option, const std::string& message);
+
+}  // namespace depthservo

@@ -1,0 +1,98 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "commands.h"
+#include "depthservo/servo/TargetSheet.h"
+#include "observation.h"
+
+namespace depthservo {
+namespace {
+
+struct TargetArguments {
+  std::string kind, out, paper = "a4", family = "36h11";
+  double size = 0.12;
+  std::optional<double> radius;
+  int columns = 2, rows = 2, id = 0;
+};
+
+SequenceTarget targetOf(const TargetArguments& a) {
+  SequenceTarget seen;
+  if (a.kind == "dots") {
+    const double step = a.size / std::max(1, a.columns - 1);
+    const double radius = a.radius.value_or(0.15 * step);
+    if (!(radius < 0.4 * step)) {
+      refuseOption("--radius", fmt::format("dots of {:g} m radius, {:g} m apart, leave too little "
+                                           "white between them; at most 0.4 of the distance",
+                                           radius, step));
+    }
+    seen.target = dotGrid(a.columns, a.rows, a.size, radius);
+    return seen;
+  }
+  if (a.kind != "apriltag") {
+    refuseOption("target", fmt::format("'{}' is not known; expected dots or apriltag", a.kind));
+  }
+  const auto families = aprilTagFamilies();
+  if (std::find(families.begin(), families.end(), a.family) == families.end()) {
+    refuseOption("--family", fmt::format("there is no AprilTag family '{}'; the nearest is '{}'",
+                                         a.family, nearestWord(a.family, families)));
+  }
+  if (a.id >= aprilTagCount(a.family)) {
+    refuseOption("--id", fmt::format("family {} has the tags 0 to {}", a.family,
+                                     aprilTagCount(a.family) - 1));
+  }
+  seen.tags = AprilTagTarget{a.family, {{a.id, a.size, Eigen::Isometry3d::Identity()}}};
+  seen.target.points = seen.tags->corners();
+  return seen;
+}
+
+void printTarget(const TargetArguments& a) {
+  const SequenceTarget seen = targetOf(a);
+  writeTargetSheet(seen, Paper::named(a.paper), a.out);
+  fmt::print(stderr,
+             "{}: print it at 100 %; the lines on stdout go into a scenario or sequence.yaml\n",
+             a.out);
+  fmt::print("{}", targetYaml(seen));
+}
+
+}  // namespace
+
+void addTarget(CLI::App& app, int&) {
+  CLI::App* command = app.add_subcommand("target", "Draw a target to print, in its true size");
+  auto a = std::make_shared<TargetArguments>();
+  command->add_option("KIND", a->kind, "dots | apriltag")->required();
+  command->add_option("--out", a->out, "PDF to write; must not exist")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--paper", a->paper, "a4 | letter")
+      ->type_name("PAPER")
+      ->capture_default_str();
+  command
+      ->add_option("--size", a->size,
+                   "Between the outer columns of dots, or the corners of the tag [m]")
+      ->type_name("M")
+      ->check(CLI::Range(0.001, 10.0))
+      ->capture_default_str();
+  command->add_option("--radius", a->radius, "Of a dot [m]; default: 0.15 of their distance")
+      ->type_name("M")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--columns", a->columns, "Of dots")
+      ->type_name("N")
+      ->check(CLI::Range(2, 8))
+      ->capture_default_str();
+  command->add_option("--rows", a->rows, "Of dots")
+      ->type_name("N")
+      ->check(CLI::Range(2, 8))
+      ->capture_default_str();
+  command->add_option("--family", a->family, "Of AprilTags")
+      ->type_name("NAME")
+      ->capture_default_str();
+  command->add_option("--id", a->id, "Number of the tag")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->callback([a] { printTarget(*a); });
+}
+
+}  // namespace depthservo

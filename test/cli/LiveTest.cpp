@@ -1,0 +1,214 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <sstream>
+
+#include "cli/Tool.h"
+#include "servo/TemporaryFolder.h"
+
+namespace depthservo::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A recorded drive, its replay, and what live makes of its images.
+class LiveOfRecording : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
+                         " --set duration=2 --set expect=null " + sequence_)
+                  .exitCode,
+              0);
+    series_ = sequence_ + "/rgb/%06d.png";
+    fifo_ = folder_ / "twists";
+    ASSERT_EQ(mkfifo(fifo_.c_str(), 0600), 0);
+  }
+
+  std::string replayed(const std::string& more = "") const {
+    const std::string out = folder_ / "replayed";
+    EXPECT_EQ(depthservo("replay " + sequence_ + " " + more + " --out " + out).exitCode, 0);
+    return out;
+  }
+
+  /// \param before a shell command that runs meanwhile
+  Result live(const std::string& source, const std::string& more,
+              const std::string& before = "") const {
+    return depthservo("live --source '" + source + "' --fps 30 --no-window --camera " + sequence_ +
+                          "/camera.yaml --target " + sequence_ + "/sequence.yaml " + more,
+                      before.empty() ? "" : "(" + before + ") & ");
+  }
+  std::string out() const { return folder_ / "out"; }
+  std::string twistFile() const { return sequence_ + "/twist.csv"; }
+  nlohmann::json log() const { return nlohmann::json::parse(folder_.read("out/run.json")); }
+
+  TemporaryFolder folder_;
+  std::string sequence_ = folder_ / "sequence", series_, fifo_;
+};
+
+TEST_F(LiveOfRecording, as_image_files_gives_the_estimates_of_replay) {
+  const Result result = live(series_, "--twist " + twistFile() + " --out " + out());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_NE(result.err.find("end of the file"), std::string::npos) << result.err;
+  expectSameEstimates(replayed(), out(), 1e-9);
+  for (const char* file : {"run.json", "features.csv", "frames.csv", "report.html", "first.png"}) {
+    EXPECT_TRUE(fs::exists(out() + "/" + file)) << file;
+  }
+}
+
+TEST_F(LiveOfRecording, as_lossless_video_gives_the_estimates_of_replay) {
+  const std::string video = folder_ / "video.avi";
+  cv::VideoWriter writer(video, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'P', 'N', 'G'), 30,
+                         {640, 480});
+  if (!writer.isOpened()) GTEST_SKIP() << "this OpenCV writes no PNG videos";
+  for (int i = 1; fs::exists(fmt::format("{}/rgb/{:06}.png", sequence_, i)); ++i) {
+    writer.write(cv::imread(fmt::format("{}/rgb/{:06}.png", sequence_, i)));
+  }
+  writer.release();
+  const Result result = depthservo("live --source " + video + " --no-window --camera " + sequence_ +
+                                   "/camera.yaml --target " + sequence_ +
+                                   "/sequence.yaml --twist " + twistFile() + " --out " + out());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  expectSameEstimates(replayed(), out(), 1e-9);
+}
+
+TEST_F(LiveOfRecording, with_twists_from_a_pipe_gives_the_estimates_of_replay) {
+  const Result result =
+      live(series_, "--twist " + fifo_ + " --out " + out(), "cat " + twistFile() + " > " + fifo_);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  expectSameEstimates(replayed(), out(), 1e-9);
+}
+
+TEST_F(LiveOfRecording, with_times_from_a_table_gives_the_estimates_of_replay) {
+  const Result result = live(series_, "--times " + sequence_ + "/rgb.txt --start 99 --twist " +
+                                          twistFile() + " --out " + out());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  expectSameEstimates(replayed(), out(), 1e-9);
+}
+
+TEST_F(LiveOfRecording, follows_a_known_target_as_replay_does) {
+  const Result result = live(series_, "--motion target --out " + out());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  expectSameEstimates(replayed("--motion target"), out(), 1e-9);
+}
+
+TEST_F(LiveOfRecording, does_not_hang_on_a_pipe_that_nobody_writes_to) {
+  const Result result = live(series_, "--twist " + fifo_ + " --patience 0.1 --json --out " + out());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_EQ(result.json()["metrics"]["frames"], 61);
+  EXPECT_NE(log()["events"].dump().find("twists are late"), std::string::npos) << log()["events"];
+}
+
+TEST_F(LiveOfRecording, coasts_while_twists_are_late_and_goes_on_when_they_come) {
+  const Result result = live(series_, "--twist " + fifo_ + " --patience 0.3 --out " + out(),
+                             "(head -n 20 " + twistFile() + "; sleep 1.5) > " + fifo_);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const auto features = readCsv(out() + "/features.csv");
+  EXPECT_EQ(features.at("status").back(), "coasting");
+  EXPECT_EQ(features.at("measured").back(), "0");
+  EXPECT_EQ(features.at("measured")[40], "1");
+  EXPECT_NE(log()["events"].dump().find("after the last odometry row"), std::string::npos);
+}
+
+TEST_F(LiveOfRecording, counts_what_is_wrong_with_the_twists_and_uses_the_rest) {
+  const Result result =
+      live(series_, "--twist " + fifo_ + " --json --out " + out(),
+           "(head -n 10 " + twistFile() + "; echo rubbish; echo 0.1,nan,0,0,0,0,0; tail -n +11 " +
+               twistFile() + "; echo 0,0,0,0,0,0,0; printf 99,0,0) > " + fifo_);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  expectSameEstimates(replayed(), out(), 1e-9);
+  const std::string reason = result.json()["reason"];
+  EXPECT_NE(reason.find("2 malformed"), std::string::npos) << reason;
+  EXPECT_NE(log()["events"].dump().find("rubbish"), std::string::npos) << log()["events"];
+}
+
+TEST_F(LiveOfRecording, ends_at_the_last_whole_image_of_a_cut_video) {
+  const std::string video = folder_ / "video.avi";
+  cv::VideoWriter writer(video, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                         30, {640, 480});
+  ASSERT_TRUE(writer.isOpened());
+  for (int i = 1; i <= 60; ++i) {
+    writer.write(cv::imread(fmt::format("{}/rgb/{:06}.png", sequence_, i)));
+  }
+  writer.release();
+  fs::resize_file(video, fs::file_size(video) / 2);
+  const Result result = live(video, "--twist " + twistFile() + " --json --out " + out());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_GT(result.json()["metrics"]["frames"], 20);
+  EXPECT_LT(result.json()["metrics"]["frames"], 40);
+  EXPECT_TRUE(fs::exists(out() + "/report.html"));
+}
+
+TEST_F(LiveOfRecording, keeps_its_log_when_it_is_interrupted) {
+  // The pipe is silent and patience long: the first image waits.
+  const Result result =
+      depthservo("live --source '" + series_ + "' --fps 30 --no-window --patience 60 --camera " +
+                     sequence_ + "/camera.yaml --target " + sequence_ + "/sequence.yaml --twist " +
+                     fifo_ + " --out " + out(),
+                 "timeout --preserve-status -s INT 1");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_NE(result.err.find("stopped by the user"), std::string::npos) << result.err;
+  EXPECT_TRUE(fs::exists(out() + "/report.html"));
+}
+
+TEST_F(LiveOfRecording, stops_after_the_duration) {
+  const Result result = live(series_, "--duration 0.5 --json --twist " + twistFile());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_EQ(result.json()["metrics"]["frames"], 16);
+}
+
+TEST_F(LiveOfRecording, without_a_display_says_so_and_goes_on) {
+  const Result result =
+      depthservo("live --source '" + series_ + "' --fps 30 --camera " + sequence_ +
+                     "/camera.yaml --target " + sequence_ + "/sequence.yaml --motion target",
+                 "DISPLAY= ");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_NE(result.err.find("no window"), std::string::npos) << result.err;
+}
+
+TEST_F(LiveOfRecording, refuses_what_cannot_be_used_in_one_line) {
+  folder_.write("text.avi", "this is no video");
+  folder_.write(
+      "small.yaml",
+      "image_width: 64\nimage_height: 48\ncamera_matrix: {rows: 3, cols: 3, data: [60, 0, "
+      "32, 0, 60, 24, 0, 0, 1]}\n");
+  folder_.write("nothing.yaml", "name: x\n");
+  const std::string camera = " --camera " + sequence_ + "/camera.yaml",
+                    target = " --target " + sequence_ + "/sequence.yaml",
+                    twist = " --twist " + twistFile();
+  const auto refused = [&](const std::string& arguments, const std::vector<std::string>& words) {
+    SCOPED_TRACE(arguments);
+    expectRefused(depthservo("live --no-window --out " + out() + " " + arguments), words);
+    EXPECT_FALSE(fs::exists(out()));
+  };
+  refused("--source 77" + camera + target + twist, {"77", "no camera"});
+  refused("--source /dev/video77" + camera + target + twist, {"/dev/video77", "no such camera"});
+  refused("--source " + sequence_ + camera + target + twist, {"is a folder", "%06d"});
+  refused("--source " + (folder_ / "none.avi").string() + camera + target + twist,
+          {"none.avi", "no such file"});
+  refused("--source " + (folder_ / "text.avi").string() + camera + target + twist,
+          {"text.avi", "no video"});
+  refused("--source '" + series_ + "'" + camera + target + twist, {"frame rate", "--fps"});
+  const std::string source = "--source '" + series_ + "' --fps 30";
+  refused(source + target + twist, {"--camera", "missing"});
+  refused(source + " --camera " + (folder_ / "small.yaml").string() + target + twist,
+          {"64x48", "640x480"});
+  refused(source + camera + twist + " --tracker dots", {"no dots to track"});
+  refused(source + camera + target + twist + " --tracker tracks", {"tracks.csv"});
+  refused(source + camera + twist + " --target " + (folder_ / "nothing.yaml").string(),
+          {"nothing.yaml", "target"});
+  refused(source + camera + target + " --twist " + (folder_ / "none").string(), {"none"});
+  refused(source + camera + target + twist + " --motion target", {"--twist", "--motion"});
+  refused(source + camera + target + " --motion sideways", {"--motion", "sideways"});
+  refused(source + camera + target + twist + " --prior -1", {"--prior"});
+  fs::create_directory(folder_ / "empty");
+  refused(
+      "--fps 30 --source '" + (folder_ / "empty/%d.png").string() + "'" + camera + target + twist,
+      {"first image"});
+}
+
+}  // namespace
+}  // namespace depthservo::test
