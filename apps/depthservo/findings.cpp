@@ -6,7 +6,7 @@ namespace depthservo {
 
 void printFindings(const RunLog& log) {
   if (log.diagnosis && log.diagnosis->isFault()) {
-    fmt::print(stderr, "diagnosis: {}\n", log.diagnosis->latest.message());
+    fmt::print(stderr, "diagnosis: {}\n", log.diagnosis->message());
   }
   if (!log.joint) return;
   for (const std::string& sentence : log.joint->sentences(log.camera.focal_px())) {

@@ -32,6 +32,26 @@ void readPrior(const std::string& text, ReplayOptions& options) {
   if (colon != std::string::npos) options.priorSigma_Z = number(text.substr(colon + 1));
 }
 
+/// What the joint filter shall learn besides depths.
+Scenario::Joint jointNamed(const std::vector<std::string>& names) {
+  Scenario::Joint joint{false, false, false};
+  for (const std::string& name : names) {
+    if (name == "time-offset") {
+      joint.time_offset = true;
+    } else if (name == "gyro-bias") {
+      joint.gyro_bias = true;
+    } else if (name == "focal") {
+      joint.focal = true;
+    } else if (name != "none" || names.size() > 1) {
+      refuseOption("--joint",
+                   fmt::format("'{}' is not known; expected time-offset, gyro-bias and focal, "
+                               "separated by commas, or none",
+                               name));
+    }
+  }
+  return joint;
+}
+
 double median(std::vector<double> values) {
   if (values.empty()) return kUnknown;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -72,7 +92,7 @@ void refuseOption(const std::string& option, const std::string& message) {
 void addObservationOptions(CLI::App& command, ObservationArguments& a) {
   command
       .add_option("--estimator", a.estimator,
-                  "constant | two-frame | nonlinear | window | filter (default) | joint")
+                  "constant | two-frame | nonlinear | window | filter (default) | joint | pose")
       ->type_name("NAME");
   command.add_option("--ke", a.ke, "Gain of the estimator pose [1/s]; default: by the frame rate")
       ->type_name("KE")
@@ -103,11 +123,29 @@ void addObservationOptions(CLI::App& command, ObservationArguments& a) {
                   "Relative uncertainty of the translation, 1 sigma; for filter and joint")
       ->type_name("S")
       ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--focal-sigma", a.focalSigma,
+                  "Relative uncertainty of the focal length, 1 sigma; for filter and joint")
+      ->type_name("S")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--joint", a.joint,
+                  "What the joint filter learns besides depths: time-offset,gyro-bias,focal or "
+                  "none; default time-offset")
+      ->type_name("LIST")
+      ->delimiter(',');
 }
 
 void apply(const ObservationArguments& arguments, bool hasTags, ReplayOptions& options) {
   if (!arguments.estimator.empty()) {
     options.depth.estimator = availableEstimator(arguments.estimator, {"--estimator", 0, ""});
+  }
+  if (!arguments.joint.empty()) {
+    if (arguments.estimator.empty()) options.depth.estimator = EstimatorKind::joint;
+    if (options.depth.estimator != EstimatorKind::joint) {
+      refuseOption("--joint", "is for --estimator joint");
+    }
+    options.depth.joint = jointNamed(arguments.joint);
   }
   if (options.depth.estimator == EstimatorKind::trueDepth) {
     refuseOption("--estimator",
@@ -121,6 +159,7 @@ void apply(const ObservationArguments& arguments, bool hasTags, ReplayOptions& o
                                                          : OdometryNoise::white(sigma_v, sigma_w);
   }
   if (arguments.odometryScaleSigma) options.odometryScaleSigma = *arguments.odometryScaleSigma;
+  if (arguments.focalSigma) options.focalSigma = *arguments.focalSigma;
   if (!arguments.tagFamily.empty()) {
     const std::vector<std::string> families = aprilTagFamilies();
     if (std::find(families.begin(), families.end(), arguments.tagFamily) == families.end()) {

@@ -15,7 +15,8 @@ struct ObservationArguments {
   int corners = 0;
   double pixelNoise_px = 0;
   std::vector<double> odometryNoise;
-  std::optional<double> odometryScaleSigma, ke;
+  std::optional<double> odometryScaleSigma, focalSigma, ke;
+  std::vector<std::string> joint;
 };
 
 void addObservationOptions(CLI::App& command, ObservationArguments& arguments);

@@ -35,9 +35,16 @@ constexpr double kAgreed_s = 0.5;
 /// same effect as half a period when it is measured (averaging two noisy twists helps).
 constexpr double kLeastLatency = 0.6;
 
+/// No camera is calibrated worse than this; motion that hardly shows the focal length, straight
+/// ahead with noisy odometry, fits such values.
+constexpr double kLargestFocal = 0.4;
+
 /// Mean NIS of the measurements that were not rejected, below which the rejected ones are outliers
 /// rather than signs of a wrong model.
 constexpr double kOthersAgree = 2.6;
+
+/// Causes that explain at least this share of what the best one does cannot be told apart.
+constexpr double kRivals = 0.8;
 
 /// NIS beyond which a point starts anew: it is another point.
 constexpr double kLargestNis = 1e6;
@@ -164,6 +171,8 @@ void ConsistencyMonitor::correctSlot(Slot& slot, const PointMeasurement& measure
     rejected_ += p.rejections == 1;  // alone: an outlier; in a row: rather a wrong model
     p.rejections = 0;
   } else {
+    current_.far += nu.nis;
+    ++current_.farCount;
     ++p.rejections;
   }
   detail::FilterGain<double> K{};
@@ -243,6 +252,18 @@ ConsistencyMonitor::Nis ConsistencyMonitor::windowedNis() const {
 }
 
 double ConsistencyMonitor::varianceFactor() const {
+  Image all;
+  for (const Image& image : images_) {
+    all.sum += image.sum;
+    all.count += image.count;
+    all.far += image.far;
+    all.farCount += image.farCount;
+  }
+  const Cause cause = diagnosis().cause;
+  const bool isModel = cause != Cause::none && cause != Cause::outliers && cause != Cause::noise;
+  if (all.farCount > 0 && (isModel || all.farCount > all.count)) {
+    return std::max(1., (all.sum + all.far) / (2 * (all.count + all.farCount)));
+  }
   return above_s_ >= options_.hold_s ? std::max(1., windowedNis().mean / 2) : 1;
 }
 
@@ -277,20 +298,29 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
   d.values = nis.values;
   if (nis.values == 0 || next_ < static_cast<std::size_t>(kFewest)) return d;
 
-  double explained = 0;  // decrease of the sum of NIS by the best cause
+  double best = 0, second = 0;  // decrease of the sum of NIS by a cause
   const auto consider = [&](Cause cause, int first, int count) {
     const Fit fit = fitted(first, count);
     const bool isTooSmall = cause == Cause::latency && std::abs(fit.size) < kLeastLatency * dt_;
-    if (isTooSmall || fit.evidence < options_.evidence || fit.explained <= explained) return;
-    explained = fit.explained;
-    d.cause = cause;
-    d.evidence = fit.evidence;
-    d.size = fit.size;
+    const bool isTooLarge = cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal;
+    if (isTooSmall || isTooLarge || fit.evidence < options_.evidence) return;
+    if (fit.explained > best) {
+      second = best;
+      d.rival = d.cause;
+      best = fit.explained;
+      d.cause = cause;
+      d.evidence = fit.evidence;
+      d.size = fit.size;
+    } else if (fit.explained > second) {
+      second = fit.explained;
+      d.rival = cause;
+    }
   };
   consider(Cause::latency, kLatency, 1);
   consider(Cause::gyroBias, kGyroBias, 3);
   consider(Cause::focalLength, kFocal, 1);
   consider(Cause::movingTarget, kTarget, 3);
+  if (second < kRivals * best) d.rival = Cause::none;
   if (d.cause != Cause::none) return d;
 
   const double expected = kExpectedRejections * measured_;
@@ -395,7 +425,13 @@ std::string ConsistencyMonitor::Diagnosis::message() const {
           size);
       break;
   }
-  return text;
+  const char* const likewise = rival == Cause::latency        ? "images that are late"
+                               : rival == Cause::gyroBias     ? "a gyro bias"
+                               : rival == Cause::focalLength  ? "a wrong focal length"
+                               : rival == Cause::movingTarget ? "a target that moves"
+                                                              : nullptr;
+  if (!likewise) return text;
+  return std::string(text) + "; in this motion " + likewise + " would look nearly the same";
 }
 
 }  // namespace depthservo

@@ -275,10 +275,10 @@ bool exists(const std::string& path) {
 }
 
 ReplayHints readHints(const detail::StrictMapping& settings) {
-  const StrictMapping replay =
-      settings.mapping("replay", {"estimator", "prior", "pixel_noise", "odometry_noise",
-                                  "odometry_mode", "odometry_scale_sigma", "Z_min", "Z_max",
-                                  "settling", "W_min", "k", "k_3", "ke", "kappa"});
+  const StrictMapping replay = settings.mapping(
+      "replay", {"estimator", "prior", "pixel_noise", "odometry_noise", "odometry_mode",
+                 "odometry_scale_sigma", "focal_sigma", "joint", "Z_min", "Z_max", "settling",
+                 "W_min", "k", "k_3", "ke", "kappa"});
   ReplayHints hints;
   const auto number = [&](const char* key, std::optional<double>& value, const Range& range,
                           const char* unit) {
@@ -307,6 +307,17 @@ ReplayHints readHints(const detail::StrictMapping& settings) {
     if (mode == "commanded") hints.odometry_mode = OdometryMode::commanded;
   }
   number("odometry_scale_sigma", hints.odometry_scale_sigma, {0, 1}, "");
+  number("focal_sigma", hints.focal_sigma, {0, 1}, "");
+  if (replay.has("joint")) {
+    const StrictMapping joint = replay.mapping("joint", {"time_offset", "gyro_bias", "focal"});
+    ReplayHints::Joint learnt;
+    for (const auto& [key, value] : {std::pair{"time_offset", &learnt.time_offset},
+                                     {"gyro_bias", &learnt.gyro_bias},
+                                     {"focal", &learnt.focal}}) {
+      if (joint.has(key)) *value = joint.flag(key);
+    }
+    hints.joint = learnt;
+  }
   if (hints.Z_min && hints.Z_max && !(*hints.Z_min < *hints.Z_max)) {
     replay.fail("Z_max", "expected more than Z_min");
   }

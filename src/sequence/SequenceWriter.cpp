@@ -50,6 +50,11 @@ std::string replayYaml(const ReplayHints& hints) {
   }
   if (hints.odometry_mode == OdometryMode::commanded) text += "  odometry_mode: commanded\n";
   add("odometry_scale_sigma", hints.odometry_scale_sigma);
+  add("focal_sigma", hints.focal_sigma);
+  if (const auto& joint = hints.joint) {
+    text += fmt::format("  joint: {{time_offset: {}, gyro_bias: {}, focal: {}}}\n",
+                        joint->time_offset, joint->gyro_bias, joint->focal);
+  }
   add("Z_min", hints.Z_min);
   add("Z_max", hints.Z_max);
   add("settling", hints.settling);

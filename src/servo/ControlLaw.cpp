@@ -3,12 +3,15 @@
 #include <visp3/vs/vpServo.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "depthservo/depth/PoseRegulation.h"
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/TaskFunction.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
+#include "servo/ExcitingLaw.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -29,6 +32,11 @@ vpServo::vpServoIteractionMatrixType interactionType(Scenario::Interaction inter
   return vpServo::CURRENT;
 }
 
+/// A depth with a greater sigma_chi / chi is in doubt.
+constexpr double kDoubt = 0.5;
+
+/// An image error above this is a long way, as a fraction of the image's width.
+constexpr double kLongWay = 0.1;
 std::vector<PointState> desiredPoints(const Scenario& scenario, const ServoGoal& goal) {
   std::vector<PointState> points;
   for (std::size_t i = 0; i < goal.pixels.size(); ++i) {
@@ -57,18 +65,43 @@ void setUp(vpServo& task, const Scenario::Control& control) {
 class PointLaw : public ControlLaw {
  public:
   PointLaw(const Scenario& scenario, const ServoGoal& goal, FeaturePointGroup& features)
-      : desired_(features.size()) {
+      : features_(features),
+        gain_(scenario.control.gain),
+        gainInDoubt_(gain_ * scenario.control.gain_in_doubt),
+        longWay_(kLongWay * scenario.camera.width / scenario.camera.fx),
+        desired_(features.size()) {
     const std::vector<PointState> points = desiredPoints(scenario, goal);
     for (std::size_t i = 0; i < features.size(); ++i) {
       desired_[i].buildFrom(points[i].x, points[i].y, goal.Z[i]);
+      features[i].setDesiredDepth(goal.Z[i]);
       task_.addFeature(features[i], desired_[i]);
     }
     setUp(task_, scenario.control);
   }
 
-  Eigen::VectorXd command(const ControlInput& now) override { return computed(task_, now.robot); }
+  Eigen::VectorXd command(const ControlInput& now) override {
+    task_.setLambda(isInDoubt() ? gainInDoubt_ : gain_);
+    return computed(task_, now.robot);
+  }
 
  private:
+  /// A wrong depth does harm where the way is long.
+  bool isInDoubt() const {
+    double worst = 0, squared = 0;
+    for (std::size_t i = 0; i < features_.size(); ++i) {
+      const DepthEstimate& e = features_[i].estimate();
+      worst = std::max(worst, e.sigma_chi / e.chi);
+      const double dx = features_[i].get_x() - desired_[i].get_x();
+      const double dy = features_[i].get_y() - desired_[i].get_y();
+      squared += dx * dx + dy * dy;
+    }
+    const auto n = static_cast<double>(features_.size());
+    return worst > kDoubt && squared > n * longWay_ * longWay_;
+  }
+
+  const FeaturePointGroup& features_;
+  double gain_, gainInDoubt_;
+  double longWay_;  // rms distance of the points from their goals, normalised
   std::vector<vpFeaturePoint> desired_;
   vpServo task_;  // after the desired features: its destructor asks them who deallocates them
 };
@@ -123,21 +156,24 @@ class TaskLaw : public ControlLaw {
   TaskFunction task_;
 };
 
-/// Given velocities, whatever the image shows; each row of odometry has those of its middle.
+/// Given velocities, whatever the image shows; each row of odometry has those of its middle, also
+/// when an image falls into it.
 class ProfileLaw : public ControlLaw {
  public:
   explicit ProfileLaw(const Scenario& scenario)
-      : profile_(scenario.control.profile), halfRow_s_(0.5 / scenario.odometry.rate) {}
+      : profile_(scenario.control.profile), row_s_(1 / scenario.odometry.rate) {}
 
   Eigen::VectorXd command(const ControlInput& now) override {
-    return velocityAt(profile_, now.time_s + halfRow_s_, now.robot.velocity().size());
+    constexpr double kSlack = 1e-6;  // times are rounded to nanoseconds
+    const double row = std::floor(now.time_s / row_s_ + kSlack);
+    return velocityAt(profile_, (row + 0.5) * row_s_, now.robot.velocity().size());
   }
   std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }
   bool usesFeatures() const override { return false; }
 
  private:
   VelocityProfile profile_;
-  double halfRow_s_;
+  double row_s_;
 };
 
 /// Steers by the pose of the target, predicted to each row of odometry (Ibuki et al. 2023).
@@ -171,10 +207,8 @@ class RegulationLaw : public ControlLaw {
   const KnownTargetEstimator& target_;
 };
 
-}  // namespace
-
-std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const ServoGoal& goal,
-                                           FeaturePointGroup& features) {
+std::unique_ptr<ControlLaw> makePlainLaw(const Scenario& scenario, const ServoGoal& goal,
+                                         FeaturePointGroup& features) {
   switch (scenario.control.law) {
     case Law::vpServo:
       if (scenario.control.features == FeatureKind::moments) {
@@ -193,6 +227,15 @@ std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const Servo
       return std::make_unique<RegulationLaw>(scenario, *goal.cdMo, features);
   }
   throw std::logic_error("no such law");
+}
+
+}  // namespace
+
+std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const ServoGoal& goal,
+                                           FeaturePointGroup& features) {
+  auto law = makePlainLaw(scenario, goal, features);
+  if (!scenario.control.excite) return law;
+  return std::make_unique<ExcitingLaw>(std::move(law), scenario, features);
 }
 
 }  // namespace depthservo

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "depthservo/features/FeaturePointGroup.h"
@@ -38,6 +39,9 @@ class ControlLaw {
   /// The same at the beginning of each row of odometry; nothing: the command is held from image to
   /// image.
   virtual std::optional<Eigen::VectorXd> between(const ControlInput&) { return std::nullopt; }
+
+  /// What it is doing besides, in words; empty: nothing.
+  virtual std::string state() const { return ""; }
 
   /// Whether it steers by the features: without them the command fades out.
   virtual bool usesFeatures() const { return true; }

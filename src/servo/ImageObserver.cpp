@@ -27,7 +27,7 @@ ImageObserver::ImageObserver(Parts parts)
   } else if (parts_.capacity == 0 && parts_.estimator.depth.estimator != EstimatorKind::pose) {
     diagnosis_.emplace(parts_.ids.size(), parts_.declaredNoise,
                        parts_.pixelNoise_px / parts_.camera.focal_px(), parts_.prior,
-                       parts_.estimator.depth.range());
+                       parts_.estimator.depth.range(), jointStatesOf(*estimator_));
   }
   if (parts_.tags) {
     const bool isOwn = parts_.takesTrackersNoise;

@@ -126,13 +126,15 @@ Json toJson(const RunDiagnosis& diagnosis) {
   const Monitor::Diagnosis& latest = diagnosis.latest;
   const auto cause = diagnosis.isFault() ? latest.cause : Monitor::Cause::none;
   Json json = {{"cause", Monitor::toString(cause)}};
-  json["message"] = latest.message();
+  json["message"] = diagnosis.message();
   if (diagnosis.isFault()) {
     json["size"] = latest.size;
     json["unit"] = Monitor::unitOf(cause);
     json["evidence_sigma"] = latest.evidence;
     json["first_s"] = diagnosis.first_s;
     json["named_s"] = diagnosis.named_s;
+    json["compensated"] = diagnosis.isCompensated;
+    json["rival"] = Monitor::toString(latest.rival);
   }
   json["mean_nis"] = latest.meanNis;
   json["variance_factor"] = diagnosis.varianceFactor;

@@ -16,6 +16,10 @@ ReplayHints hintsOf(const Scenario& scenario) {
   hints.odometry_noise = scenario.odometry.noise;
   hints.odometry_mode = scenario.odometry.mode;
   hints.odometry_scale_sigma = scenario.odometry.scale_sigma;
+  hints.focal_sigma = scenario.camera.focal_sigma;
+  if (depth.estimator == EstimatorKind::joint) {
+    hints.joint = {depth.joint.time_offset, depth.joint.gyro_bias, depth.joint.focal};
+  }
   hints.Z_min = depth.Z_min;
   hints.Z_max = depth.Z_max;
   hints.settling = depth.gains.settling;

@@ -93,6 +93,7 @@ EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
   EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
                        sequence.target()};
   setup.frameRate = frameRate(sequence);
+  setup.focalSigma = options.focalSigma;
   setup.sigma = options.pixelNoise_px / sequence.camera().focal_px();
   if (setup.depth.estimator == EstimatorKind::pose) {
     if (const auto why = whyNoTarget(setup.target.points)) {
@@ -210,6 +211,7 @@ class Replayer {
         {"pixel_noise", nullptr},
         {"odometry_noise", nullptr},
         {"odometry_scale_sigma", options.odometryScaleSigma},
+        {"focal_sigma", options.focalSigma},
         {"Z_min", options.depth.Z_min},
         {"Z_max", options.depth.Z_max}};
     if (options.isPixelNoiseGiven || !measuresNoise(trackerKind_)) {
@@ -218,6 +220,12 @@ class Replayer {
     if (options.priorSigma_Z) configuration["prior_sigma_Z"] = *options.priorSigma_Z;
     if (const auto& noise = options.odometryNoise) {
       configuration["odometry_noise"] = {noise->sigma_v, noise->sigma_w};
+    }
+    if (options.depth.estimator == EstimatorKind::joint) {
+      const Scenario::Joint& joint = options.depth.joint;
+      configuration["joint"] = {{"time_offset", joint.time_offset},
+                                {"gyro_bias", joint.gyro_bias},
+                                {"focal", joint.focal}};
     }
     log_.configuration = configuration.dump();
   }
@@ -254,6 +262,10 @@ ReplayOptions ReplayOptions::of(const ReplayHints& hints, const std::string& fil
                         : OdometryNoise::white((*noise)[0], (*noise)[1], hints.odometry_mode);
   }
   options.odometryScaleSigma = hints.odometry_scale_sigma.value_or(options.odometryScaleSigma);
+  options.focalSigma = hints.focal_sigma.value_or(options.focalSigma);
+  if (const auto& joint = hints.joint) {
+    options.depth.joint = {joint->time_offset, joint->gyro_bias, joint->focal};
+  }
   options.depth.Z_min = hints.Z_min.value_or(options.depth.Z_min);
   options.depth.Z_max = hints.Z_max.value_or(options.depth.Z_max);
   options.depth.gains.settling = hints.settling.value_or(options.depth.gains.settling);

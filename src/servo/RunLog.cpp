@@ -26,6 +26,23 @@ const char* toString(Outcome outcome) {
   return "";
 }
 
+std::string RunDiagnosis::message() const {
+  return latest.message() + (isCompensated ? "; the joint filter takes it into account" : "");
+}
+
+bool JointStates::estimates(ConsistencyMonitor::Cause cause) const {
+  switch (cause) {
+    case ConsistencyMonitor::Cause::latency:
+      return timeOffset.isEstimated;
+    case ConsistencyMonitor::Cause::gyroBias:
+      return gyroBias[0].isEstimated;
+    case ConsistencyMonitor::Cause::focalLength:
+      return focal.isEstimated;
+    default:
+      return false;
+  }
+}
+
 std::vector<std::string> JointStates::sentences(double focal_px) const {
   std::vector<std::string> all;
   if (timeOffset.isEstimated) {

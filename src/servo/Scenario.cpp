@@ -115,6 +115,8 @@ void describe(Fields& f, Scenario::Camera& camera) {
   f.oneOrMore("rate", camera.rate, Range::above(0, 1000), "Hz", Need::required);
   f.number("jitter", camera.jitter, {0, 0.9}, "");
   f.number("dropped", camera.dropped, {0, 0.9}, "");
+  f.number("focal_error", camera.focal_error, {-0.5, 0.5}, "");
+  f.number("focal_sigma", camera.focal_sigma, {0, 1}, "");
 }
 
 void describe(Fields& f, const char* key, VelocityProfile& profile, const Range& velocity) {
@@ -208,6 +210,7 @@ void describe(Fields& f, Scenario::Sensing& sensing) {
   });
   f.number("outliers", sensing.outliers, {0, 0.5}, "");
   f.number("delay", sensing.delay, {0, 2}, "s");
+  f.number("latency", sensing.latency, {0, 2}, "s");
   f.number("gray_noise", sensing.gray_noise, {0, 100}, "gray levels");
   f.number("exposure", sensing.exposure, {0, 1}, "s");
   f.number("vignetting", sensing.vignetting, {0, 1}, "");
@@ -218,6 +221,7 @@ void describe(Fields& f, Scenario::Odometry& odometry) {
   f.number("scale", odometry.scale, {0.1, 10}, "");
   f.number("scale_sigma", odometry.scale_sigma, {0, 1}, "");
   f.numbers("noise", odometry.noise, {0, 10}, "m/s, rad/s");
+  f.numbers("gyro_bias", odometry.gyro_bias, {-1, 1}, "rad/s");
   f.number("rate", odometry.rate, Range::above(0, 10000), "Hz");
   f.choice<OdometryMode>(
       "mode", odometry.mode,
@@ -238,6 +242,11 @@ void describe(Fields& f, Scenario::Depth& depth) {
     gains.number("k", depth.gains.k, Range::above(0, 1e6), "1/s");
     gains.number("k_3", depth.gains.k_3, {0, 1e12}, "1/m^2");
   });
+  f.section("joint", Need::optional, [&](Fields& joint) {
+    joint.flag("time_offset", depth.joint.time_offset);
+    joint.flag("gyro_bias", depth.joint.gyro_bias);
+    joint.flag("focal", depth.joint.focal);
+  });
   f.section("pose", Need::optional, [&](Fields& pose) {
     pose.number("ke", depth.pose.ke, Range::above(0, 1000), "1/s");
     pose.number("kappa", depth.pose.kappa, Range::above(0, 100), "m/s, rad/s");
@@ -249,7 +258,14 @@ void describe(Fields& f, Scenario::Control& control) {
   f.choice("features", control.features, featureKinds());
   f.number("size_weight", control.size_weight, Range::above(0, 1000), "");
   f.number("gain", control.gain, Range::above(0, 100), "1/s");
+  f.number("gain_in_doubt", control.gain_in_doubt, Range::above(0, 1), "");
   f.number("tolerance", control.tolerance, Range::above(0, 1000), "px");
+  f.choice<ServoDepth>("depth", control.depth,
+                       {{ServoDepth::observed, "observed"}, {ServoDepth::blended, "blended"}});
+  f.section("excite", control.excite, [](Fields& fields, Scenario::Excite& excite) {
+    fields.number("speed", excite.speed, Range::above(0, 1), "m/s");
+    fields.number("limit", excite.limit, Range::above(0, 1e4), "px");
+  });
   f.choice<Scenario::Interaction>("interaction", control.interaction,
                                   {{Scenario::Interaction::current, "current"},
                                    {Scenario::Interaction::mean, "mean"},

@@ -24,9 +24,11 @@ bool isFault(const ConsistencyMonitor::Diagnosis& d) {
 }  // namespace
 
 SelfDiagnosis::SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry, double sigma,
-                             const DepthPrior& prior, const DepthRange& range)
+                             const DepthPrior& prior, const DepthRange& range,
+                             const std::optional<JointStates>& joint)
     : odometry_(odometry),
       sigma_(sigma),
+      joint_(joint),
       monitor_(capacity, monitorOptions(odometry), prior, range) {}
 
 std::optional<std::string> SelfDiagnosis::see(double time_s, const MotionBuffer& odometry,
@@ -40,22 +42,32 @@ std::optional<std::string> SelfDiagnosis::see(double time_s, const MotionBuffer&
   time_s_ = time_s;
   monitor_.predict(motion);
   monitor_.correct(observations);
-  varianceFactor_ = std::max(varianceFactor_, monitor_.varianceFactor());
+  varianceFactor_ = std::max(varianceFactor_, varianceFactor());
 
   const ConsistencyMonitor::Diagnosis now = monitor_.diagnosis();
   if (!isFault(now)) return {};
   auto known = std::find_if(named_.begin(), named_.end(),
                             [&](const RunDiagnosis& d) { return d.latest.cause == now.cause; });
   const bool isNew = known == named_.end();
-  if (isNew) known = named_.insert(known, {now, time_s, 0});
+  if (isNew) {
+    RunDiagnosis first;
+    first.first_s = time_s;
+    first.isCompensated = joint_ && joint_->estimates(now.cause);
+    known = named_.insert(known, first);
+  }
   known->latest = now;
   known->named_s += motion.dt;
-  if (isNew) return now.message();
+  if (isNew) return known->message();
   return {};
 }
 
+double SelfDiagnosis::varianceFactor() const {
+  const bool isCompensated = joint_ && joint_->estimates(monitor_.diagnosis().cause);
+  return isCompensated ? 1 : monitor_.varianceFactor();
+}
+
 DepthEstimate SelfDiagnosis::honest(DepthEstimate estimate) const {
-  const double factor = monitor_.varianceFactor();
+  const double factor = varianceFactor();
   if (!(factor > 1)) return estimate;
   estimate.sigma_chi *= std::sqrt(factor);
   const bool isVague = estimate.sigma_chi >= kValidRelativeSigma * estimate.chi;

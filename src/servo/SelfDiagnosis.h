@@ -15,14 +15,17 @@ namespace depthservo {
 class SelfDiagnosis {
  public:
   /// \param sigma of a measurement, normalised [-]
+  /// \param joint of the joint filter: what it learns does no harm to its depths
   SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry, double sigma,
-                const DepthPrior& prior, const DepthRange& range);
+                const DepthPrior& prior, const DepthRange& range,
+                const std::optional<JointStates>& joint);
 
   /// Takes the points of an image. Returns what there is to say for the first time.
   std::optional<std::string> see(double time_s, const MotionBuffer& odometry,
                                  const std::vector<PointObservation>& observations);
 
-  /// The estimate with its variance inflated while innovations are larger than declared.
+  /// The estimate with its variance inflated by mean NIS / 2 while innovations are larger than
+  /// declared.
   DepthEstimate honest(DepthEstimate estimate) const;
 
   /// More images like the last until sigma_Z is below 5 % of Z; 0: it is; infinite: never.
@@ -34,11 +37,14 @@ class SelfDiagnosis {
  private:
   OdometryNoise odometry_;
   double sigma_;
+  std::optional<JointStates> joint_;
   ConsistencyMonitor monitor_;
   Motion motion_;  // since the last image
   double time_s_ = kUnknown;
   std::vector<RunDiagnosis> named_;  // by cause
-  double varianceFactor_ = 1;        // greatest
+  double varianceFactor() const;
+
+  double varianceFactor_ = 1;  // greatest
 };
 
 }  // namespace depthservo

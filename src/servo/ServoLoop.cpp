@@ -90,7 +90,7 @@ double endOfMotion(const Scenario::Target& target) {
 
 /// An image on its way to the controller, with what was true when it was taken.
 struct ServoLoop::Exposure {
-  double time_s;
+  double time_s;                       // as stamped
   vpImage<unsigned char> image;        // source: image
   std::vector<TrackedPoint> measured;  // source: geometry
   std::vector<World::TruePoint> truth;
@@ -110,7 +110,8 @@ struct ServoLoop::Parts {
     if (s.depth.estimator != EstimatorKind::pose) {
       diagnosis.emplace(s.target.points.size(), s.odometry.declaredNoise(),
                         s.sensing.assumedNoise_px() / camera.focal_px(),
-                        DepthPrior{s.depth.initial}, s.depth.range());
+                        DepthPrior{s.depth.initial}, s.depth.range(),
+                        jointStatesOf(features.estimator()));
     }
   }
 
@@ -133,6 +134,7 @@ struct ServoLoop::Parts {
   std::vector<PointObservation> observations;
   std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
 
+  std::string lawState;
   Eigen::VectorXd lastCommand;  // while tracking, at full speed
   double lastControl_s = kUnknown;
   double speed = 1;  // share of the command that is given
@@ -166,7 +168,7 @@ ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(
 
   for (std::size_t i = 0; i < count; ++i) {
     p.features[i].set_Z(scenario.depth.initial);
-    p.features[i].setServoDepth(ServoDepth::observed);
+    p.features[i].setServoDepth(scenario.control.depth);
     p.features[i].setNoise(scenario.sensing.assumedNoise_px(), visp);
     p.ids.push_back(static_cast<int>(i));
   }
@@ -262,7 +264,8 @@ void ServoLoop::readOdometry() {
 
 void ServoLoop::look(double time_s) {
   Parts& p = *parts_;
-  Exposure exposure{time_s, {}, {}, p.world.truth(), p.world.robot().wMc()};
+  const double stamp_s = fileTime(time_s + p.scenario.sensing.latency);
+  Exposure exposure{stamp_s, {}, {}, p.world.truth(), p.world.robot().wMc()};
   Stopwatch watch;
   if (p.scenario.sensing.source == Scenario::Source::image) {
     p.world.expose(exposure.image);
@@ -301,7 +304,7 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
   p.log.timings[1].second.push_back(watch.lap());
 
   p.observations.clear();
-  const double sigma = p.scenario.sensing.assumedNoise_px() / p.camera.focal_px();
+  const double sigma = EstimatorSetup::of(p.scenario).sigma;
   for (const TrackedPoint& point : points) {
     const Eigen::Vector2d s = p.camera.normalise(point.u, point.v);
     p.observations.push_back({point.id, {s.x(), s.y(), sigma}});
@@ -369,6 +372,7 @@ Eigen::VectorXd ServoLoop::control(FrameRecord& record) {
   Eigen::VectorXd command = Eigen::VectorXd::Constant(p.lastCommand.size(), kUnknown);
   try {
     command = p.law->command({p.world.robot(), p.odometry, p.world.time()});
+    noteState(record.time_s);
   } catch (const vpException& error) {
     note(record.time_s, std::string("no command: ") + error.getMessage());
   }
@@ -424,6 +428,13 @@ double ServoLoop::imageError() const {
     squared_px += (pixel - p.log.goals[i]).squaredNorm();
   }
   return std::sqrt(squared_px / static_cast<double>(p.features.size()));
+}
+
+void ServoLoop::noteState(double time_s) {
+  Parts& p = *parts_;
+  const std::string state = p.law->state();
+  if (state != p.lawState) note(time_s, state.empty() ? p.lawState + ": ended" : state);
+  p.lawState = state;
 }
 
 void ServoLoop::keep(const vpImage<unsigned char>& image) {

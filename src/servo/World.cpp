@@ -26,7 +26,7 @@ SyntheticCameraOptions cameraOptions(const Scenario& scenario) {
 }
 
 SyntheticCamera makeCamera(const Scenario& scenario) {
-  const PinholeCamera camera = scenario.camera.pinhole();
+  const PinholeCamera camera = scenario.camera.truePinhole();
   const SyntheticCameraOptions options = cameraOptions(scenario);
   const Scenario::Target& target = scenario.target;
   return target.type == TargetKind::dots
@@ -119,6 +119,7 @@ Twist World::twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isom
 void World::addNoise(Twist& twist) {
   const Scenario::Odometry& odometry = scenario_.odometry;
   twist.linear *= odometry.scale;
+  twist.angular += odometry.gyro_bias;
   if (odometry.mode == OdometryMode::measured && !odometry.noise.isZero()) {
     for (double& v : twist.linear) v += odometry.noise[0] * gaussian_(random_);
     for (double& w : twist.angular) w += odometry.noise[1] * gaussian_(random_);
@@ -159,7 +160,7 @@ std::vector<World::TruePoint> World::goal() const { return seenAt(cdMo()); }
 std::vector<World::TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const {
   const bool seesEllipses = scenario_.sensing.source == Scenario::Source::image &&
                             scenario_.target.type == TargetKind::dots;
-  const PinholeCamera camera = scenario_.camera.pinhole();
+  const PinholeCamera camera = scenario_.camera.truePinhole();
   std::vector<TruePoint> points;
   for (std::size_t i = 0; i < scenario_.target.points.size(); ++i) {
     const Eigen::Vector3d p = cMo * scenario_.target.points[i];

@@ -49,6 +49,7 @@ EstimatorSetup EstimatorSetup::of(const Scenario& s) {
                        s.target.dots()};
   setup.frameRate = s.camera.slowest();
   setup.sigma = s.sensing.assumedNoise_px() / s.camera.pinhole().focal_px();
+  setup.focalSigma = s.camera.focal_sigma;
   setup.couplingStep_s = 1 / s.odometry.rate;
   return setup;
 }
@@ -71,6 +72,7 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
   InverseDepthFilterOptions filter;
   filter.odometry = setup.odometry;
   filter.odometryScaleSigma = setup.odometryScaleSigma;
+  filter.focalSigma = setup.focalSigma;
   switch (setup.depth.estimator) {
     case EstimatorKind::constant:
     case EstimatorKind::trueDepth:
@@ -96,6 +98,9 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
     case EstimatorKind::joint: {
       JointDepthFilterOptions options;
       options.filter = filter;
+      options.estimateTimeOffset = setup.depth.joint.time_offset;
+      options.estimateGyroBias = setup.depth.joint.gyro_bias;
+      options.estimateFocal = setup.depth.joint.focal;
       return std::make_unique<JointDepthFilter>(capacity, options, prior, range);
     }
     case EstimatorKind::pose: {

@@ -19,6 +19,7 @@ struct EstimatorSetup {
   DotTarget target;               ///< for `pose`
   double frameRate = 30;          ///< images per second [Hz]; for the gain of `pose`
   double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
+  double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
 
   std::optional<Eigen::Isometry3d> coupledGoal = {};  ///< of the coupled regulation with `pose`
   double couplingStep_s = 0.005;                      ///< its odometry step [s]

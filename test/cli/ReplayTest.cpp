@@ -110,6 +110,26 @@ TEST_P(RealImages, four_dots_are_tracked_and_their_depths_agree_with_the_pose_of
   }
 }
 
+class RealImagesFromBadGuess : public RealImages {};
+
+TEST_P(RealImagesFromBadGuess, every_depth_is_within_a_percent_of_the_plate_after_15_frames) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "replay";
+  const Result result =
+      depthservo("replay " + data("sequences/mire-2") + " --tracker dots --motion target --prior " +
+                 GetParam() + " --out " + out);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const auto features = readCsv(out + "/features.csv");
+  const auto &Z = features.at("Z"), &truth = features.at("Z_true");
+  ASSERT_EQ(Z.size(), 4u * 501);
+  for (std::size_t row = 4 * 15; row < Z.size(); ++row) {
+    ASSERT_LT(std::abs(std::stod(Z[row]) / std::stod(truth[row]) - 1), .01) << "frame " << row / 4;
+  }
+}
+
+// 0.25 and 4 times the plate's distance in the first image, 0.63 m.
+INSTANTIATE_TEST_SUITE_P(Guesses, RealImagesFromBadGuess, testing::Values("0.157", "2.5"));
+
 INSTANTIATE_TEST_SUITE_P(Guesses, RealImages, testing::Values("0.4", "1.5", "3"));
 
 class WithBaseline : public testing::Test {

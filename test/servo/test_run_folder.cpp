@@ -116,11 +116,12 @@ TEST(RunFolder, features_csv_has_every_point_in_every_frame_and_reads_back_exact
   log.frames[3].features[1].estimate.chi = 0.01;  // may be arbitrarily far
   log.frames[3].features[1].estimate.sigma_chi = 0.1;
   log.frames[0].features[3].estimate.status = DepthStatus::unset;  // not seen yet
+  log.frames[1].features[2].frames_to_5pct = 24;
   writeRunFolder(log, place / "run");
   const auto rows = rowsOf(place.read("run/features.csv"));
-  EXPECT_EQ(rows[0],
-            (std::vector<std::string>{"timestamp", "id", "u", "v", "measured", "Z", "sigma_Z",
-                                      "status", "Z_true", "Z_low", "Z_high", "excitation"}));
+  EXPECT_EQ(rows[0], (std::vector<std::string>{"timestamp", "id", "u", "v", "measured", "Z",
+                                               "sigma_Z", "status", "Z_true", "Z_low", "Z_high",
+                                               "excitation", "frames_to_5pct"}));
   ASSERT_EQ(rows.size(), 1 + 31 * 4 - 1u);
   const FeatureRecord& feature = log.frames[1].features[2];
   const auto& row = rows[1 + 3 + 2];
@@ -132,6 +133,7 @@ TEST(RunFolder, features_csv_has_every_point_in_every_frame_and_reads_back_exact
   EXPECT_EQ(std::stod(row[6]), feature.estimate.sigma_Z());
   EXPECT_EQ(row[7], "converging");
   EXPECT_EQ(std::stod(row[8]), feature.Z_true);
+  EXPECT_EQ(row[12], "24");
   const auto& far = rows[1 + 11 + 1];
   EXPECT_EQ(far[10], "");
   EXPECT_EQ(std::stod(far[5]), 100);

@@ -22,10 +22,14 @@ constexpr double kPeriod_s = 1.0 / 30;
 /// ViSP's simulated 6-dof camera before a square of four points, about 1 m away; goal at 0.5 m.
 class FourPointScene {
  public:
-  FourPointScene() {
+  FourPointScene()
+      : FourPointScene(vpHomogeneousMatrix(vpTranslationVector(.12, -.08, -1.),
+                                           vpRotationMatrix(vpThetaUVector(.1, -.15, .25)))) {}
+
+  /// \param wMc where the camera starts, in the frame of the square
+  explicit FourPointScene(const vpHomogeneousMatrix& wMc) {
     robot_.setSamplingTime(kPeriod_s);
-    robot_.setPosition(vpHomogeneousMatrix(vpTranslationVector(.12, -.08, -1.),
-                                           vpRotationMatrix(vpThetaUVector(.1, -.15, .25))));
+    robot_.setPosition(wMc);
   }
 
   /// Point i as the camera sees it now: get_x(), get_y(), get_Z().
@@ -41,7 +45,7 @@ class FourPointScene {
     return applied;
   }
 
- private:
+  /// Point i from any pose.
   static vpPoint at(std::size_t i, const vpHomogeneousMatrix& cMo) {
     constexpr double h = 0.08;
     vpPoint p(i == 1 || i == 2 ? h : -h, i > 1 ? h : -h, 0);
@@ -49,6 +53,7 @@ class FourPointScene {
     return p;
   }
 
+ private:
   vpSimulatorCamera robot_;
 };
 

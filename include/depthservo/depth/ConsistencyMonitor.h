@@ -57,10 +57,11 @@ class ConsistencyMonitor {
 
   struct Diagnosis {
     Cause cause = Cause::none;
-    double size = 0;      ///< see Cause
-    double evidence = 0;  ///< [sigma]; for outliers and noise: how far out of the band
-    double meanNis = 2;   ///< over the window; 2 is expected
-    int values = 0;       ///< in that mean
+    double size = 0;            ///< see Cause
+    double evidence = 0;        ///< [sigma]; for outliers and noise: how far out of the band
+    double meanNis = 2;         ///< over the window; 2 is expected
+    int values = 0;             ///< in that mean
+    Cause rival = Cause::none;  ///< another that explains nearly as much: motion tells them apart
 
     /// The cause with its evidence and what to do, in one sentence.
     std::string message() const;
@@ -84,7 +85,8 @@ class ConsistencyMonitor {
   /// What is wrong at present.
   Diagnosis diagnosis() const;
 
-  /// Factor >= 1 for reported variances: mean NIS / 2 while that is above its band.
+  /// Factor >= 1 for reported variances: mean NIS / 2 while that is above its band. While a wrong
+  /// model is the cause, or most measurements are rejected, those count too.
   double varianceFactor() const;
 
  private:
@@ -99,6 +101,8 @@ class ConsistencyMonitor {
   struct Image {
     double sum = 0;  // of NIS
     int count = 0;
+    double far = 0;  // sum of NIS of rejected ones
+    int farCount = 0;
   };
   struct Nis {
     double mean = 2, deviation = 0;  // in sigma of the mean

@@ -80,7 +80,13 @@ struct ReplayHints {
   std::optional<double> pixel_noise;              ///< 1 sigma per axis [px]
   std::optional<Eigen::Vector2d> odometry_noise;  ///< 1 sigma per row [m/s, rad/s]
   OdometryMode odometry_mode = OdometryMode::measured;
-  std::optional<double> odometry_scale_sigma;     ///< relative, 1 sigma
+  std::optional<double> odometry_scale_sigma;  ///< relative, 1 sigma
+  std::optional<double> focal_sigma;           ///< relative, 1 sigma
+  /// What the joint filter learns besides depths.
+  struct Joint {
+    bool time_offset = true, gyro_bias = false, focal = false;
+  };
+  std::optional<Joint> joint;
   std::optional<double> Z_min, Z_max;             ///< [m]
   std::optional<double> settling, W_min, k, k_3;  ///< gains of the nonlinear observer
   std::optional<double> ke, kappa;  ///< of the known target's observer [1/s], [m/s, rad/s]

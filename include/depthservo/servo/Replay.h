@@ -41,6 +41,7 @@ struct ReplayOptions {
   /// Declared noise of the odometry; none: the estimator's own default.
   std::optional<OdometryNoise> odometryNoise;
   double odometryScaleSigma = 0;  ///< relative, 1 sigma
+  double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
 
   /// As the sequence itself asks for, with the defaults above for the rest. \throw InputError
   static ReplayOptions of(const Sequence& sequence);

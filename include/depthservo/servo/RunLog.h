@@ -60,9 +60,12 @@ struct RunDiagnosis {
   double first_s = kUnknown;             ///< when it was named first
   double named_s = 0;                    ///< for how long in all [s]
   double varianceFactor = 1;             ///< greatest inflation of reported variances
+  bool isCompensated = false;            ///< the estimator learns the very thing
 
   /// Innovations smaller than declared are no fault: sigma is too large, that is all.
   bool isFault() const { return std::isfinite(first_s); }
+
+  std::string message() const;
 };
 
 /// What the joint filter has learnt besides depths.
@@ -70,6 +73,9 @@ struct JointStates {
   JointDepthFilter::Common timeOffset;               ///< [s], > 0: images are late
   std::array<JointDepthFilter::Common, 3> gyroBias;  ///< [rad/s]
   JointDepthFilter::Common focal;                    ///< true / given focal length [-]
+
+  /// Whether this is among what was estimated.
+  bool estimates(ConsistencyMonitor::Cause cause) const;
 
   /// A sentence for each that was estimated, with 2 sigma, or why it is not known. \param focal_px
   /// as given

@@ -9,6 +9,7 @@
 
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/OdometryNoise.h"
+#include "depthservo/features/FeaturePoint.h"
 #include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/sequence/InputError.h"
 #include "depthservo/servo/RunLog.h"
@@ -51,8 +52,15 @@ struct Scenario {
     std::vector<double> rate = {30};  ///< images per second, taken in turn [Hz]
     double jitter = 0;                ///< greatest change of an interval, as a fraction of it [-]
     double dropped = 0;               ///< probability that an image gets lost [-]
+    double focal_error = 0;           ///< true / given focal length - 1; nobody is told [-]
+    double focal_sigma = 0;           ///< 1 sigma of it told to the estimator [-]
 
+    /// As given, to the estimator and the control law.
     PinholeCamera pinhole() const { return {width, height, fx, fy, cx, cy}; }
+    /// As it really is.
+    PinholeCamera truePinhole() const {
+      return {width, height, fx * (1 + focal_error), fy * (1 + focal_error), cx, cy};
+    }
 
     /// Images per second over the longest interval, if none is dropped [Hz].
     double slowest() const { return *std::min_element(rate.begin(), rate.end()) / (1 + jitter); }
@@ -148,6 +156,7 @@ struct Scenario {
     std::vector<Hidden> hidden;
     double outliers = 0;         ///< fraction of measurements that are wrong [-]
     double delay = 0;            ///< age of an image when it arrives [s]
+    double latency = 0;          ///< images are stamped so late; nobody is told [s]
     double gray_noise = 0;       ///< 1 sigma [gray levels]
     double exposure = 0;         ///< motion blur lasts this long [s]
     double vignetting = 0;       ///< fraction of light lost in the corners [-]
@@ -161,7 +170,9 @@ struct Scenario {
     double scale = 1;                                 ///< measured / true linear velocity [-]
     double scale_sigma = 0;                           ///< 1 sigma of it told to the estimator [-]
     Eigen::Vector2d noise = Eigen::Vector2d::Zero();  ///< 1 sigma per row [m/s, rad/s]
-    double rate = 30;                                 ///< rows per second [Hz]
+    /// Added to the angular velocity in the camera frame; nobody is told [rad/s]
+    Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
+    double rate = 30;  ///< rows per second [Hz]
     OdometryMode mode = OdometryMode::measured;
     double ticks = 0;          ///< resolution of the wheel encoders [m]; 0: perfect
     double wheel_base = 0.36;  ///< distance between the wheels [m]
@@ -187,12 +198,18 @@ struct Scenario {
     bool guard = true;         ///< end the correction by an image once it is complete
   };
 
+  /// What the joint filter learns besides depths; see JointDepthFilter.
+  struct Joint {
+    bool time_offset = true, gyro_bias = false, focal = false;
+  };
+
   struct Depth {
     EstimatorKind estimator = EstimatorKind::filter;
     double initial = 1;                ///< first guess for every point [m]
     double Z_min = 0.05, Z_max = 100;  ///< [m]
     bool object = false;               ///< one depth for all points (nonlinear observer)
     Gains gains;
+    Joint joint;
     KnownTarget pose;
 
     DepthRange range() const { return {Z_min, Z_max}; }
@@ -200,8 +217,17 @@ struct Scenario {
 
   enum class Interaction { current, mean, desired };
 
+  /// Motion that is added to learn depths; see doc/estimators.md.
+  struct Excite {
+    double speed = 0.05;  ///< of the camera across the line of sight [m/s]
+    double limit = 40;    ///< by which it may move a point in the image [px]
+  };
+
   struct Control {
-    double gain = 0.57;      ///< lambda [1/s]
+    double gain = 0.57;        ///< lambda [1/s]
+    double gain_in_doubt = 1;  ///< factor of it while a depth is vague and the way is long [-]
+    ServoDepth depth = ServoDepth::observed;  ///< what the task is given
+    std::optional<Excite> excite;
     double tolerance = 1.5;  ///< rms image error at which the task is done [px]
     FeatureKind features = FeatureKind::points;
     double size_weight = 1;  ///< value of the third moment feature at the goal [-]

@@ -64,6 +64,7 @@ class ServoLoop {
   FrameRecord process(const Exposure& exposure);
   void observe(const Exposure& exposure, FrameRecord& record);
   Eigen::VectorXd control(FrameRecord& record);
+  void noteState(double time_s);
   double wantedSpeed() const;  // share of the full command that hidden points allow
   void setBasis(double time_s, double wanted);
   double imageError() const;  // [px]

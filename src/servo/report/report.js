@@ -64,7 +64,7 @@ function showPoints() {
   const hasTruth = run.points.some(point => isKnown(point.Z_true));
   const head = element(element(table, 'thead'), 'tr');
   const titles = ['point', 'Z [m]', '2 sigma [m]'].concat(hasTruth ? ['truth [m]', 'error'] : [],
-    ['status', 'seen', 'known to 5 %']);
+    ['status', 'seen', 'to 5 %']);
   for (const title of titles) element(head, 'th', title);
   const body = element(table, 'tbody');
   for (const point of run.points) {
@@ -81,8 +81,8 @@ function showPoints() {
     element(row, 'td', point.status);
     const all = point.measured_frames + point.hidden_frames;
     element(row, 'td', percent(all ? point.measured_frames / all : null));
-    element(row, 'td', isKnown(point.time_to_5pct_s) ? `after ${figure(point.time_to_5pct_s, 3)} s`
-      : isKnown(point.frames_to_5pct) ? `in ${figure(point.frames_to_5pct)} frames` : 'never, so');
+    element(row, 'td', isKnown(point.time_to_5pct_s) ? `${figure(point.time_to_5pct_s, 2)} s`
+      : isKnown(point.frames_to_5pct) ? `+${figure(point.frames_to_5pct)} frames` : 'never');
   }
 }
 
@@ -98,7 +98,7 @@ function showFigures() {
     ['longest gap', m.max_gap_s > 0 ? figure(m.max_gap_s, 3) + ' s' : 'none'],
     ['smallest distance to the border', isKnown(m.min_border_px)
       ? figure(m.min_border_px, 3) + ' px' + (m.all_in_image ? '' : ' (outside the image)') : null],
-    ['images against odometry', run.diagnosis ? run.diagnosis.message : null],
+    ['images against odometry', run.diagnosis && run.diagnosis.cause === 'none' ? run.diagnosis.message : null],
     ...((run.joint && run.joint.words) || []).map(words => ['joint filter', words]),
     ['seed', run.seed],
   ];
