@@ -128,9 +128,12 @@ TEST(ActiveExcitation, moves_no_point_by_more_than_its_limit_and_ends) {
     }
     EXPECT_LT(farthest, limit);
     EXPECT_GT(farthest, .5);
-    ASSERT_EQ(with.events.size(), 2u);
-    EXPECT_NE(with.events[0].what.find("active excitation"), std::string::npos);
-    EXPECT_NE(with.events[1].what.find("ended"), std::string::npos);
+    std::vector<std::string> excitation;
+    for (const Event& event : with.events) {
+      if (event.what.find("active excitation") == 0) excitation.push_back(event.what);
+    }
+    ASSERT_EQ(excitation.size(), 2u);
+    EXPECT_NE(excitation[1].find("ended"), std::string::npos);
   }
 }
 
