@@ -92,7 +92,7 @@ void refuseOption(const std::string& option, const std::string& message) {
 void addObservationOptions(CLI::App& command, ObservationArguments& a) {
   command
       .add_option("--estimator", a.estimator,
-                  "constant | two-frame | nonlinear | window | filter (default) | joint")
+                  "constant | two-frame | nonlinear | window | filter (default) | joint | pose")
       ->type_name("NAME");
   command.add_option("--ke", a.ke, "Gain of the estimator pose [1/s]; default: by the frame rate")
       ->type_name("KE")

@@ -35,6 +35,9 @@ constexpr double kAgreed_s = 0.5;
 /// same effect as half a period when it is measured (averaging two noisy twists helps).
 constexpr double kLeastLatency = 0.6;
 
+/// A cause must lower the sum of NIS by this: what the declared noise covers anyhow is no fault.
+constexpr double kLeastExplained = 25;
+
 /// No camera is calibrated worse than this; motion that hardly shows the focal length, straight
 /// ahead with noisy odometry, fits such values.
 constexpr double kLargestFocal = 0.4;
@@ -303,7 +306,8 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
     const Fit fit = fitted(first, count);
     const bool isTooSmall = cause == Cause::latency && std::abs(fit.size) < kLeastLatency * dt_;
     const bool isTooLarge = cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal;
-    if (isTooSmall || isTooLarge || fit.evidence < options_.evidence) return;
+    const bool isCovered = fit.explained < kLeastExplained;
+    if (isTooSmall || isTooLarge || isCovered || fit.evidence < options_.evidence) return;
     if (fit.explained > best) {
       second = best;
       d.rival = d.cause;

@@ -128,12 +128,12 @@ TEST(ActiveExcitation, moves_no_point_by_more_than_its_limit_and_ends) {
     }
     EXPECT_LT(farthest, limit);
     EXPECT_GT(farthest, .5);
-    std::vector<std::string> excitations;
+    std::vector<std::string> excitation;
     for (const Event& event : with.events) {
-      if (event.what.rfind("active excitation", 0) == 0) excitations.push_back(event.what);
+      if (event.what.find("active excitation") == 0) excitation.push_back(event.what);
     }
-    ASSERT_EQ(excitations.size(), 2u);
-    EXPECT_NE(excitations[1].find("ended"), std::string::npos);
+    ASSERT_EQ(excitation.size(), 2u);
+    EXPECT_NE(excitation[1].find("ended"), std::string::npos);
   }
 }
 
