@@ -36,17 +36,14 @@ constexpr int kPatience = 15;
 /// A point joins instead of another when its relative sigma is less than this share of its.
 constexpr double kBetter = 0.5;
 
-/// Mean twist of a motion; exact to third order of its angle.
-Twist meanTwist(const Motion& m) {
-  const Eigen::Vector3d w(m.R(2, 1) - m.R(1, 2), m.R(0, 2) - m.R(2, 0), m.R(1, 0) - m.R(0, 1));
-  return {-m.t / m.dt, -0.5 / m.dt * w};
-}
-
 Vector6d stacked(const Twist& twist) {
   Vector6d u;
   u << twist.linear, twist.angular;
   return u;
 }
+
+/// Lengths of rows in loops: whole vectors.
+int padded(int n) { return (n + 3) / 4 * 4; }
 
 /// States beyond this are not numbers to work with.
 constexpr double kLargestState = 1e6;
@@ -168,7 +165,7 @@ Coverage JointDepthFilter::advance(const MotionBuffer& odometry, double time_s) 
     time_s_ = time_s;
     return Coverage::complete;
   }
-  const Coverage coverage = odometry.motion(time_s_, time_s).coverage;
+  const Coverage coverage = odometry.coverage(time_s_, time_s);
   switch (coverage) {
     case Coverage::afterEnd:
     case Coverage::reversed:
@@ -329,11 +326,10 @@ Vector6d JointDepthFilter::recentAcceleration(const MotionBuffer& odometry, doub
   Vector6d acceleration = Vector6d::Zero();
   for (int i = kStretches - 1; i >= 0; --i) {  // the shortest that serves comes last and stays
     const double stretch = kStretch[i] * motion.dt;
-    const auto late = odometry.motion(end_s - stretch, end_s);
-    const auto early = odometry.motion(end_s - 2 * stretch, end_s - stretch);
+    const auto late = odometry.meanTwist(end_s - stretch, end_s);
+    const auto early = odometry.meanTwist(end_s - 2 * stretch, end_s - stretch);
     if (early.coverage != Coverage::complete || late.coverage != Coverage::complete) continue;
-    const Vector6d a =
-        (stacked(meanTwist(late.motion)) - stacked(meanTwist(early.motion))) / stretch;
+    const Vector6d a = (stacked(late.twist) - stacked(early.twist)) / stretch;
     const double scale = 6 / (kStretch[i] * motion.dt * motion.dt * stretch * stretch);
     const double expected[2] = {step.variance_t * scale, step.variance_theta * scale};
     for (Eigen::Index k = 0; k < 2; ++k) {
@@ -352,14 +348,14 @@ Vector6d JointDepthFilter::recentAcceleration(const MotionBuffer& odometry, doub
 }
 
 /// P <- Phi P Phi' + G G', with Phi the identity for the common states: rows first, then, P being
-/// symmetric, the rows of the transpose.
+/// symmetric, the rows of the transpose, of which those up to the diagonal will do.
 void JointDepthFilter::propagate(const std::array<PointStep, kJointPoints>& steps) {
-  const int n = rows(), width = (n + 3) / 4 * 4;
-  const auto applied = [&](const Square& in, Square& out) {
+  const int n = rows();
+  const auto applied = [&](const Square& in, Square& out, bool isToDiagonal) {
     for (int i = 0; i < common_; ++i) out[i] = in[i];
     for (int place = 0; place < places_; ++place) {
       const PointStep& s = steps[place];
-      const int p = row(place);
+      const int p = row(place), width = padded(isToDiagonal ? p + 3 : n);
       for (int i = 0; i < 3; ++i) {
         const double a = s.F[i][0], b = s.F[i][1], c = s.F[i][2];
         Row& to = out[p + i];
@@ -372,11 +368,11 @@ void JointDepthFilter::propagate(const std::array<PointStep, kJointPoints>& step
     }
   };
   Square rowsDone, transposed;
-  applied(P_, rowsDone);
+  applied(P_, rowsDone, false);
   for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < width; ++j) transposed[i][j] = j < n ? rowsDone[j][i] : 0;
+    for (int j = 0; j < padded(n); ++j) transposed[i][j] = j < n ? rowsDone[j][i] : 0;
   }
-  applied(transposed, P_);
+  applied(transposed, P_, true);
 
   std::array<Row, 6> G = {};
   for (int place = 0; place < places_; ++place) {
@@ -385,8 +381,11 @@ void JointDepthFilter::propagate(const std::array<PointStep, kJointPoints>& step
     }
   }
   for (int i = common_; i < n; ++i) {
-    for (const Row& g : G) {
-      for (int j = 0; j < width; ++j) P_[i][j] += g[i] * g[j];
+    Row& to = P_[i];
+    const double g[] = {G[0][i], G[1][i], G[2][i], G[3][i], G[4][i], G[5][i]};
+    for (int j = 0, width = padded(i + 1); j < width; ++j) {
+      to[j] += g[0] * G[0][j] + g[1] * G[1][j] + g[2] * G[2][j] + g[3] * G[3][j] + g[4] * G[4][j] +
+               g[5] * G[5][j];
     }
   }
   for (int i = 0; i < n; ++i) {
@@ -487,7 +486,7 @@ void JointDepthFilter::correctJoint(Slot& slot, const PointMeasurement& measurem
     return;
   }
   const InverseDepthFilterOptions& o = options_.filter;
-  const int p = row(slot.place), n = rows(), width = (n + 3) / 4 * 4;
+  const int p = row(slot.place), n = rows(), width = padded(n);
   const double r = detail::measurementVariance(measurement.sigma);
   const double x = point.x, y = point.y;
   const Row ux = P_[p], uy = P_[p + 1];

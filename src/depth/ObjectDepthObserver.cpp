@@ -129,6 +129,8 @@ void ObjectDepthObserver::predict(const Motion& motion) {
   }
   if (followed == 0) return;
   const double g = gSum / followed;
+  const bool isSane = std::abs(g) > 1 / kBeyondSense && std::abs(g_ * g) < kBeyondSense;
+  if (!isSane) return forgetPoints();
   chi_ = range_.clampChi(chiSum / followed);
   g_ *= g;
   elapsed_s_ += motion.dt;
@@ -140,6 +142,10 @@ void ObjectDepthObserver::predict(const Motion& motion) {
     Point& p = points_[i];
     if (!p.isFollowed()) continue;
     p.c /= g;
+    if (!(p.c.lpNorm<1>() < kBeyondSense)) {
+      p.phase = Phase::gone;
+      continue;
+    }
     const bool isVague = positionVariance(p) > square(options_.lost_sigma);
     p.phase = isVague ? Phase::vague : Phase::coasting;
   }

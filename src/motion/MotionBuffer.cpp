@@ -71,25 +71,66 @@ double MotionBuffer::end() const {
   return std::max(row(size_ - 1).time_s + medianPeriod(), heldUntil_s_);
 }
 
-MotionBuffer::Interval MotionBuffer::motion(double t0_s, double t1_s) const {
-  if (!std::isfinite(t0_s) || !std::isfinite(t1_s) || t1_s < t0_s) return {{}, Coverage::reversed};
-  if (size_ == 0) return {{}, Coverage::empty};
-  if (t0_s < row(0).time_s - kClockResolution_s) return {{}, Coverage::beforeStart};
-  if (t1_s > end() + kClockResolution_s) return {{}, Coverage::afterEnd};
+Coverage MotionBuffer::coverage(double t0_s, double t1_s) const {
+  if (!std::isfinite(t0_s) || !std::isfinite(t1_s) || t1_s < t0_s) return Coverage::reversed;
+  if (size_ == 0) return Coverage::empty;
+  if (t0_s < row(0).time_s - kClockResolution_s) return Coverage::beforeStart;
+  if (t1_s > end() + kClockResolution_s) return Coverage::afterEnd;
+  return Coverage::complete;
+}
 
-  // The row that holds at t0: the last one that does not begin after it. Binary search in the ring.
-  std::size_t low = 0, high = size_;
+/// The row that holds at a time: the last one that does not begin after it. Found from where it
+/// would be if all rows were equally long, in steps that double.
+std::size_t MotionBuffer::rowAt(double time_s) const {
+  const auto begun = [&](std::size_t i) { return row(i).time_s <= time_s; };
+  const double first_s = row(0).time_s, last_s = row(size_ - 1).time_s;
+  const double share = last_s > first_s ? (time_s - first_s) / (last_s - first_s) : 0;
+  std::size_t low = static_cast<std::size_t>(std::clamp(share, 0., 1.) * double(size_ - 1));
+  std::size_t high = low + 1;
+  for (std::size_t step = 1; low > 0 && !begun(low); step *= 2) {
+    high = low;
+    low -= std::min(step, low);
+  }
+  for (std::size_t step = 1; high < size_ && begun(high); step *= 2) {
+    low = high;
+    high = std::min(high + step, size_);
+  }
   while (high - low > 1) {
     const std::size_t middle = (low + high) / 2;
-    (row(middle).time_s <= t0_s ? low : high) = middle;
+    (begun(middle) ? low : high) = middle;
   }
-  Motion motion;
-  for (double t = t0_s; t < t1_s; ++low) {
-    const double rowEnd = low + 1 < size_ ? std::min(row(low + 1).time_s, t1_s) : t1_s;
-    motion = motion.then(Motion::fromTwist(row(low).twist, rowEnd - t));
+  return low;
+}
+
+/// Calls part(twist, duration) for the part of each row between the two times.
+template <class Part>
+void MotionBuffer::forEachPart(double t0_s, double t1_s, const Part& part) const {
+  std::size_t i = rowAt(t0_s);
+  for (double t = t0_s; t < t1_s; ++i) {
+    const double rowEnd = i + 1 < size_ ? std::min(row(i + 1).time_s, t1_s) : t1_s;
+    part(row(i).twist, rowEnd - t);
     t = rowEnd;
   }
-  return {motion, Coverage::complete};
+}
+
+MotionBuffer::Interval MotionBuffer::motion(double t0_s, double t1_s) const {
+  Interval interval{{}, coverage(t0_s, t1_s)};
+  if (interval.coverage != Coverage::complete) return interval;
+  forEachPart(t0_s, t1_s, [&](const Twist& twist, double duration_s) {
+    interval.motion = interval.motion.then(Motion::fromTwist(twist, duration_s));
+  });
+  return interval;
+}
+
+MotionBuffer::Mean MotionBuffer::meanTwist(double t0_s, double t1_s) const {
+  Mean mean{{}, coverage(t0_s, t1_s)};
+  if (mean.coverage != Coverage::complete || t0_s == t1_s) return mean;
+  forEachPart(t0_s, t1_s, [&](const Twist& twist, double duration_s) {
+    const double share = duration_s / (t1_s - t0_s);
+    mean.twist.linear += share * twist.linear;
+    mean.twist.angular += share * twist.angular;
+  });
+  return mean;
 }
 
 }  // namespace depthservo

@@ -340,7 +340,7 @@ void printJson(const std::vector<Row>& rows, unsigned seeds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  unsigned seeds = 500;
+  unsigned seeds = 2000;
   bool asJson = false;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--json") == 0) {
@@ -349,7 +349,7 @@ int main(int argc, char** argv) {
       seeds = static_cast<unsigned>(std::atoi(argv[++i]));
     } else {
       std::fprintf(stderr,
-                   "usage: bench_estimators [--seeds N] [--json]    (N > 0, default 500)\n");
+                   "usage: bench_estimators [--seeds N] [--json]    (N > 0, default 2000)\n");
       return 2;
     }
   }

@@ -1,5 +1,6 @@
 // Cost of observing depth, and its share of ViSP's control law for four points.
-//   bench_observer            prints `share`: observe of 4 features / computeControlLaw
+//   bench_observer            prints `share`: observe of 4 features, or the joint filter of 4 or 8,
+//                             / computeControlLaw of 4
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 #include <visp3/vs/vpServo.h>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "depthservo/depth/FocalLengthObserver.h"
+#include "depthservo/depth/JointDepthFilter.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/features/FeaturePoint.h"
@@ -38,10 +40,22 @@ constexpr std::size_t kFrames = 256;
 struct Tour {
   std::vector<vpColVector> twist;
   std::vector<Motion> motion;
-  std::vector<std::array<PointState, 4>> points;  // after the motion
+  std::vector<std::array<PointState, 8>> points;  // after the motion; the first four a square
+
+  Twist twistAt(std::size_t k) const {
+    const vpColVector& v = twist[k];
+    return {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+  }
 
   Tour() {
-    std::array<PointState, 4> at{{{-.1, -.1, 1}, {.1, -.1, 1}, {.1, .1, 1}, {-.1, .1, 1}}};
+    std::array<PointState, 8> at{{{-.1, -.1, 1},
+                                  {.1, -.1, 1},
+                                  {.1, .1, 1},
+                                  {-.1, .1, 1},
+                                  {-.2, 0, .9},
+                                  {.2, 0, .8},
+                                  {0, .2, 1.1},
+                                  {0, -.2, 1.2}}};
     std::vector<vpColVector> away;
     for (std::size_t k = 0; k < kFrames / 2; ++k) {
       const double t = static_cast<double>(k) * kDt;
@@ -52,8 +66,8 @@ struct Tour {
     }
     twist = away;
     for (auto v = away.rbegin(); v != away.rend(); ++v) twist.push_back(-*v);
-    for (const vpColVector& v : twist) {
-      motion.push_back(Motion::fromTwist({{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}, kDt));
+    for (std::size_t k = 0; k < twist.size(); ++k) {
+      motion.push_back(Motion::fromTwist(twistAt(k), kDt));
       for (PointState& p : at) p = flow(motion.back(), p).point;
       points.push_back(at);
     }
@@ -144,41 +158,88 @@ BENCHMARK(BM_observeGroupOfFour);
 /// CPU time of this program [s]: other programs may run beside it.
 double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-/// Both sides on the same frames, in blocks long enough for the clock. Setting x and y is part of
-/// neither: the loop without depthservo does it as well. The time shown is the control law's.
-void BM_observeAgainstControlLaw(benchmark::State& state) {
-  std::vector<FeaturePoint> s(4);
-  std::vector<vpFeaturePoint> plain(4), s_star(4);
-  vpServo task;
-  task.setServo(vpServo::EYEINHAND_CAMERA);
-  task.setInteractionMatrixType(vpServo::CURRENT);
-  for (std::size_t i = 0; i < 4; ++i) {
-    s_star[i].buildFrom(i % 3 ? .2 : -.2, i > 1 ? .2 : -.2, .5);
-    task.addFeature(s[i], s_star[i]);
-  }
-  double set_s = 0, observe_s = 0, control_s = 0, calls = 0;
-  for (auto _ : state) {
-    const double t0 = cpu_s();
-    for (std::size_t k = 0; k < 8 * kFrames; ++k) setPoints(plain, k % kFrames);
-    const double t1 = cpu_s();
-    for (std::size_t k = 0; k < 8 * kFrames; ++k) {
-      setPoints(s, k % kFrames);
-      for (FeaturePoint& f : s) f.observe(tour().twist[k % kFrames], kDt);
+/// ViSP's control law for four points. The time shown is this law's, per call.
+class Task {
+ public:
+  Task() : s(4), s_star_(4) {
+    task_.setServo(vpServo::EYEINHAND_CAMERA);
+    task_.setInteractionMatrixType(vpServo::CURRENT);
+    for (std::size_t i = 0; i < 4; ++i) {
+      s_star_[i].buildFrom(i % 3 ? .2 : -.2, i > 1 ? .2 : -.2, .5);
+      task_.addFeature(s[i], s_star_[i]);
     }
-    const double t2 = cpu_s();
-    for (std::size_t k = 0; k < 8 * kFrames; ++k) task.computeControlLaw();
-    const double t3 = cpu_s();
-    set_s += t1 - t0;
-    observe_s += t2 - t1;
-    control_s += t3 - t2;
-    calls += 8 * kFrames;
-    state.SetIterationTime((t3 - t2) / (8 * kFrames));
+    setPoints(s, 0);
+    for (FeaturePoint& f : s) f.observe(tour().twist[0], kDt);
   }
-  state.counters["observe_ns"] = 1e9 * (observe_s - set_s) / calls;
-  state.counters["control_ns"] = 1e9 * control_s / calls;
-  state.counters["share"] = (observe_s - set_s) / control_s;
+
+  std::vector<FeaturePoint> s;
+
+  /// Sets what `work` costs, without `overhead`, and its share of the control law. Both sides take
+  /// blocks long enough for the clock.
+  template <typename Overhead, typename Work>
+  void compare(benchmark::State& state, const Overhead& overhead, const Work& work) {
+    double overhead_s = 0, work_s = 0, control_s = 0, calls = 0;
+    for (auto _ : state) {
+      const double t0 = cpu_s();
+      for (std::size_t k = 0; k < kBlock; ++k) overhead(k % kFrames);
+      const double t1 = cpu_s();
+      for (std::size_t k = 0; k < kBlock; ++k) work(k % kFrames);
+      const double t2 = cpu_s();
+      for (std::size_t k = 0; k < kBlock; ++k) task_.computeControlLaw();
+      const double t3 = cpu_s();
+      overhead_s += t1 - t0;
+      work_s += t2 - t1;
+      control_s += t3 - t2;
+      calls += kBlock;
+      state.SetIterationTime((t3 - t2) / kBlock);
+    }
+    state.counters["work_ns"] = 1e9 * (work_s - overhead_s) / calls;
+    state.counters["control_ns"] = 1e9 * control_s / calls;
+    state.counters["share"] = (work_s - overhead_s) / control_s;
+  }
+
+ private:
+  static constexpr std::size_t kBlock = 8 * kFrames;
+  std::vector<vpFeaturePoint> s_star_;
+  vpServo task_;
+};
+
+/// Setting x and y is not counted: the loop without depthservo does it as well.
+void BM_observeAgainstControlLaw(benchmark::State& state) {
+  Task task;
+  std::vector<vpFeaturePoint> plain(4);
+  task.compare(
+      state, [&](std::size_t k) { setPoints(plain, k); },
+      [&](std::size_t k) {
+        setPoints(task.s, k);
+        for (FeaturePoint& f : task.s) f.observe(tour().twist[k], kDt);
+      });
 }
 BENCHMARK(BM_observeAgainstControlLaw)->UseManualTime()->Iterations(50);
+
+/// JointDepthFilter with its time offset: advance and correct.
+void BM_jointAgainstControlLaw(benchmark::State& state) {
+  Task task;
+  const auto n = static_cast<std::size_t>(state.range(0));
+  JointDepthFilter joint(n);
+  MotionBuffer odometry(64);
+  std::vector<PointObservation> seen(n);
+  std::size_t image = 0;
+  task.compare(
+      state, [](std::size_t) {},
+      [&](std::size_t k) {
+        odometry.push(static_cast<double>(image) * kDt, tour().twistAt(k));
+        ++image;
+        joint.advance(odometry, static_cast<double>(image) * kDt);
+        for (std::size_t i = 0; i < n; ++i) {
+          const PointState& p = tour().points[k][i];
+          seen[i] = {static_cast<int>(i), {p.x, p.y, 8e-4}};
+        }
+        joint.correct(seen);
+      });
+  if (joint.estimate(0).status == DepthStatus::lost) state.SkipWithError("lost its points");
+}
+BENCHMARK(BM_jointAgainstControlLaw)->Arg(4)->Arg(8)->UseManualTime()->Iterations(50);
 
 }  // namespace
 }  // namespace depthservo

@@ -4,6 +4,7 @@
 
 #include "depthservo/depth/ConsistencyMonitor.h"
 #include "support/EstimatorExperiment.h"
+#include "support/Garbage.h"
 
 namespace depthservo {
 namespace {
@@ -143,16 +144,10 @@ TEST(ConsistencyMonitor, everyCauseHasItsMessageWithTheEvidence) {
 TEST(ConsistencyMonitor, survivesGarbage) {
   ConsistencyMonitor monitor(4);
   Random random(1);
-  const double bad[] = {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e300, 1e-310, 0, -1, 1e100};
-  const auto garbage = [&] {
-    const int i = random.integer(0, 60);
-    return i < 8 ? bad[i] : random.uniform(-1, 1);
-  };
   for (int k = 0; k < 3000; ++k) {
-    monitor.predict(
-        Motion::fromTwist({{garbage(), garbage(), garbage()}, random.vector(1)}, garbage()));
-    monitor.correct({{1, {garbage(), garbage(), garbage()}},
-                     {random.integer(0, 9), {garbage(), garbage(), garbage()}}});
+    monitor.predict(Motion::fromTwist(test::garbageTwist(random), test::garbage(random)));
+    monitor.correct({{1, test::garbageMeasurement(random)},
+                     {random.integer(0, 9), test::garbageMeasurement(random)}});
     ASSERT_TRUE(std::isfinite(monitor.varianceFactor()));
     ASSERT_TRUE(std::isfinite(monitor.diagnosis().size));
     ASSERT_TRUE(std::isfinite(monitor.diagnosis().evidence));

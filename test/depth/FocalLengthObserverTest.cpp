@@ -10,12 +10,13 @@
 #include <vector>
 
 #include "depthservo/depth/FocalLengthObserver.h"
-#include "support/Random.h"
+#include "support/Garbage.h"
 #include "support/StillPoint.h"
 
 namespace depthservo {
 namespace {
 
+using test::garbage;
 using test::Random;
 using test::StillPoint;
 
@@ -322,28 +323,11 @@ TEST(FocalLengthObserver, isUnsetUntilAUsableMeasurement) {
   EXPECT_EQ(observer.estimate().focal_px, 0) << "an unusable guess is no guess";
 }
 
-/// A value that no caller should pass, or a usual one.
-double garbage(Random& random) {
-  static const double kValues[] = {std::numeric_limits<double>::quiet_NaN(),
-                                   kInf,
-                                   -kInf,
-                                   std::numeric_limits<double>::max(),
-                                   std::numeric_limits<double>::denorm_min(),
-                                   0,
-                                   -1,
-                                   1e-310,
-                                   1e8,
-                                   -1e150,
-                                   1e300};
-  const int i = random.integer(0, 49);
-  return i < 11 ? kValues[i] : random.uniform(-1, 1);
-}
-
 TEST(FocalLengthObserver, estimateIsFiniteAndInRangeWhateverComesIn) {
   Random random(1);
   FocalLengthObserver observer;
   const FocalRange range;
-  for (int i = 0; i < 100000; ++i) {
+  for (int i = 0; i < test::kRandomInputs; ++i) {
     const auto pixel = [&] {
       return CentredPixel{300 * garbage(random), 300 * garbage(random), std::abs(garbage(random))};
     };
@@ -351,12 +335,9 @@ TEST(FocalLengthObserver, estimateIsFiniteAndInRangeWhateverComesIn) {
       case 0:
         observer.reset(pixel(), 500 * garbage(random));
         break;
-      case 1: {
-        const Twist twist{{garbage(random), garbage(random), garbage(random)},
-                          {garbage(random), garbage(random), garbage(random)}};
-        observer.predict(Motion::fromTwist(twist, garbage(random)));
+      case 1:
+        observer.predict(Motion::fromTwist(test::garbageTwist(random), garbage(random)));
         break;
-      }
       case 2:
       case 3:
         observer.correct(pixel());

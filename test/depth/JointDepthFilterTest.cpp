@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "depthservo/depth/JointDepthFilter.h"
 #include "support/EstimatorExperiment.h"
@@ -265,45 +264,6 @@ TEST(JointDepthFilter, capacityPriorsCloneAndReset) {
   filter.reset();
   EXPECT_TRUE(std::isnan(filter.time()));
   EXPECT_EQ(filter.estimate(8).status, DepthStatus::unset);
-}
-
-TEST(JointDepthFilter, staysFiniteWhateverComesIn) {
-  JointDepthFilterOptions options;
-  options.estimateGyroBias = options.estimateFocal = true;
-  Random random(1);
-  const double bad[] = {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e300, 1e-310, 0, -1, 1e100};
-  const auto garbage = [&] {
-    const int i = random.integer(0, 60);
-    return i < 8 ? bad[i] : random.uniform(-1, 1);
-  };
-  for (int episode = 0; episode < 20; ++episode) {
-    JointDepthFilter filter(10, options);
-    MotionBuffer odometry(64);
-    double time = 0;
-    for (int k = 0; k < 200; ++k) {
-      time += random.uniform(.01, .1);
-      odometry.push(time, {{garbage(), garbage(), garbage()}, {garbage(), garbage(), garbage()}});
-      filter.advance(odometry, random.integer(0, 30) == 0 ? garbage() : time);
-      std::vector<PointObservation> seen;
-      for (int i = 0; i < 12; ++i) {
-        if (random.integer(0, 2) > 0) seen.push_back({i, {garbage(), garbage(), garbage()}});
-      }
-      filter.correct(seen);
-      filter.correctDepth(random.integer(0, 11), {garbage(), garbage()});
-      if (random.integer(0, 20) == 0) filter.setPrior(random.integer(0, 9), {garbage(), garbage()});
-      for (int i = 0; i < 10; ++i) {
-        const DepthEstimate e = filter.estimate(i);
-        ASSERT_TRUE(std::isfinite(e.x) && std::isfinite(e.y) && std::isfinite(e.sigma_Z()) &&
-                    std::isfinite(e.sigma_xy) && std::isfinite(e.excitation))
-            << "episode " << episode << ", step " << k << ", point " << i << ": x " << e.x << ", y "
-            << e.y << ", sigma_chi " << e.sigma_chi << ", sigma_xy " << e.sigma_xy
-            << ", excitation " << e.excitation;
-        ASSERT_GE(e.Z(), .05 * (1 - 1e-12));
-        ASSERT_LE(e.Z(), 100 * (1 + 1e-12));
-      }
-      ASSERT_TRUE(std::isfinite(filter.timeOffset().value) && std::isfinite(filter.focal().value));
-    }
-  }
 }
 
 }  // namespace

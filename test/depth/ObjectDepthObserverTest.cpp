@@ -1,18 +1,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <set>
 #include <vector>
 
 #include "depthservo/depth/ObjectDepthObserver.h"
-#include "support/Random.h"
 #include "support/StillPoint.h"
 
 namespace depthservo {
 namespace {
 
-using test::Random;
 using test::StillPoint;
 
 constexpr double kSigma = 0.5 / 600;
@@ -224,39 +221,6 @@ TEST(ObjectDepthObserver, fusesADepthOfAKnownPointOnly) {
   object.correctDepth(1, {2, .001});
   EXPECT_NEAR(object.estimate(0).Z(), 2, 0.01) << "all have the depth of one";
   EXPECT_LT(object.estimate(0).sigma_chi, .0011);
-}
-
-TEST(ObjectDepthObserver, estimateIsFiniteAndInRangeWhateverComesIn) {
-  const double odd[] = {0, 1, -1, 1e-300, 1e300, NAN, INFINITY, -INFINITY, .1, -.2};
-  Random random(5);
-  const auto value = [&] {
-    return random.uniform(0, 1) < .6 ? random.uniform(-1, 1) : odd[random.integer(0, 9)];
-  };
-  const DepthRange range{.1, 50};
-  for (int run = 0; run < 200; ++run) {
-    ObjectDepthObserver object(3, {}, {value(), value()}, range);
-    MotionBuffer odometry(64);
-    double t = 0;
-    for (int k = 0; k < 60; ++k) {
-      odometry.push(t, {{value(), value(), value()}, {value(), value(), value()}});
-      t += random.uniform(0, .2);
-      object.advance(odometry, random.integer(0, 9) ? t : value());
-      std::vector<PointObservation> seen;
-      for (int i = 0; i < 4; ++i) {
-        if (random.integer(0, 2)) seen.push_back({i, {value(), value(), std::abs(value())}});
-      }
-      object.correct(seen);
-      if (random.integer(0, 5) == 0) object.setPrior(random.integer(0, 4), {value(), value()});
-      if (random.integer(0, 5) == 0) object.correctDepth(1, {value(), value()});
-      for (int i = 0; i < 4; ++i) {
-        const DepthEstimate e = object.estimate(i);
-        ASSERT_GE(e.Z(), range.Z_min * (1 - 1e-12));
-        ASSERT_LE(e.Z(), range.Z_max * (1 + 1e-12));
-        ASSERT_TRUE(std::isfinite(e.x + e.y + e.sigma_chi + e.excitation + e.sigma_xy))
-            << e.x << " " << e.sigma_chi;
-      }
-    }
-  }
 }
 
 TEST(ObjectDepthObserver, cloneIsIndependentAndResetForgets) {

@@ -205,6 +205,50 @@ TEST(MotionBuffer, isTheProductOfFineSteps) {
   EXPECT_MATRIX_NEAR(motion.t, fine.t, 1e-11);
 }
 
+TEST(MotionBuffer, findsItsRowsHoweverUnevenTheirPeriods) {
+  Random random(11);
+  for (int run = 0; run < 200; ++run) {
+    std::vector<TwistRow> rows;
+    double t = random.uniform(-5, 5);
+    for (int i = 0; i < 60; ++i) {
+      rows.push_back({t, random.twist(1, 1)});
+      t += std::pow(10, random.uniform(-4, 1));
+    }
+    const MotionBuffer buffer = bufferOf(rows);
+    for (int k = 0; k < 20; ++k) {
+      const double at = random.uniform(rows.front().time_s, rows.back().time_s);
+      const double h = 1e-9;
+      const Twist held = heldAt(rows, at + h / 2);
+      const auto [motion, coverage] = buffer.motion(at, at + h);
+      ASSERT_EQ(coverage, Coverage::complete);
+      ASSERT_NEAR((motion.t + h * held.linear).norm(), 0, 1e-14)
+          << "run " << run << ", time " << at;
+    }
+  }
+}
+
+TEST(MotionBuffer, meanTwistWeighsEachRowByItsTime) {
+  const MotionBuffer buffer = bufferOf(
+      {{0, {{1, 0, 0}, {0, 0, 8}}}, {1, {{0, 2, 0}, {0, 4, 0}}}, {3, {{0, 0, 3}, {0, 0, 0}}}});
+  const auto [twist, coverage] = buffer.meanTwist(.5, 4.5);
+  EXPECT_EQ(coverage, Coverage::complete);
+  EXPECT_NEAR((twist.linear - Eigen::Vector3d(.125, 1, 1.125)).norm(), 0, 1e-15);
+  EXPECT_NEAR((twist.angular - Eigen::Vector3d(0, 2, 1)).norm(), 0, 1e-15);
+  EXPECT_EQ(buffer.meanTwist(-1, 1).coverage, Coverage::beforeStart);
+  EXPECT_EQ(buffer.meanTwist(-1, 1).twist.linear, Eigen::Vector3d::Zero());
+  EXPECT_EQ(buffer.meanTwist(1, 1).twist.linear, Eigen::Vector3d::Zero());
+}
+
+TEST(MotionBuffer, coverageIsThatOfTheMotion) {
+  Random random(12);
+  const MotionBuffer buffer = bufferOf({{0, forward(1)}, {1, forward(2)}, {2, forward(3)}});
+  for (int k = 0; k < 200; ++k) {
+    const double t0 = random.uniform(-1, 4), t1 = random.uniform(-1, 4);
+    EXPECT_EQ(buffer.coverage(t0, t1), buffer.motion(t0, t1).coverage);
+  }
+  EXPECT_EQ(buffer.coverage(0, kNaN), Coverage::reversed);
+}
+
 TEST(MotionBuffer, aConstantTwistGivesTheSameMotionAtAnyRate) {
   const Twist twist{{.1, -.2, .3}, {.4, .5, -.6}};
   const Motion expected = Motion::fromTwist(twist, 1.7);

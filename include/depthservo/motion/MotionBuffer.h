@@ -46,6 +46,17 @@ class MotionBuffer {
   /// Camera motion from t0 to t1 [s], t0 <= t1. \rtsafe
   Interval motion(double t0_s, double t1_s) const;
 
+  /// Whether the motion from t0 to t1 [s] is known. \rtsafe
+  Coverage coverage(double t0_s, double t1_s) const;
+
+  struct Mean {
+    Twist twist;  ///< zero unless `coverage` is complete
+    Coverage coverage = Coverage::empty;
+  };
+  /// Mean over time of the rows' twists from t0 to t1 [s], t0 < t1; each row in the camera frame of
+  /// its own time. \rtsafe
+  Mean meanTwist(double t0_s, double t1_s) const;
+
   /// End of the validity of the newest row [s]; meaningless when empty. \rtsafe
   double end() const;
 
@@ -58,8 +69,14 @@ class MotionBuffer {
     double time_s = 0;
     Twist twist;
   };
-  const Row& row(std::size_t i) const { return rows_[(first_ + i) % rows_.size()]; }
+  const Row& row(std::size_t i) const {
+    const std::size_t place = first_ + i;
+    return rows_[place < rows_.size() ? place : place - rows_.size()];
+  }
   double medianPeriod() const;
+  std::size_t rowAt(double time_s) const;
+  template <class Part>
+  void forEachPart(double t0_s, double t1_s, const Part& part) const;
 
   std::vector<Row> rows_;              // ring; row(0) is the oldest
   std::vector<double> sortedPeriods_;  // between consecutive rows at hand
