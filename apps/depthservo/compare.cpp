@@ -26,17 +26,6 @@ struct CompareArguments {
   throw InputError({option, 0, ""}, message);
 }
 
-class Progress : public RunWatcher {
- public:
-  explicit Progress(const Scenario& scenario)
-      : duration_s_(scenario.duration), bar_(scenario.name) {}
-  void onFrame(const RunFrame& frame) override { bar_.show(frame.record.time_s / duration_s_); }
-
- private:
-  double duration_s_;
-  ProgressBar bar_;
-};
-
 Comparison compareScenario(const CompareArguments& arguments) {
   for (const auto& [option, isGiven] : {std::pair{"--prior", arguments.prior.has_value()},
                                         {"--camera", !arguments.source.camera.empty()},
@@ -44,7 +33,7 @@ Comparison compareScenario(const CompareArguments& arguments) {
     if (isGiven) refuse(option, "is for sequences; in a scenario use --set, e.g. depth.initial=2");
   }
   const Scenario scenario = Scenario::load(arguments.data, arguments.overrides);
-  Progress progress(scenario);
+  RunProgress progress(scenario.name, scenario);
   return compare(scenario, arguments.options, &progress);
 }
 

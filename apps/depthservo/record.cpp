@@ -10,23 +10,12 @@
 namespace depthservo {
 namespace {
 
-class Progress : public RunWatcher {
- public:
-  explicit Progress(const Scenario& scenario)
-      : duration_s_(scenario.duration), bar_("record " + scenario.name) {}
-  void onFrame(const RunFrame& frame) override { bar_.show(frame.record.time_s / duration_s_); }
-
- private:
-  double duration_s_;
-  ProgressBar bar_;
-};
-
 void recordScenario(const std::string& file, const std::vector<std::string>& overrides,
                     const std::string& folder) {
   const Scenario scenario = Scenario::load(file, overrides);
   RunLog log;
   {
-    Progress progress(scenario);
+    RunProgress progress("record " + scenario.name, scenario);
     log = record(scenario, folder, &progress);
   }
   fmt::print(stderr, "{}: {} frames of a run that ended {}\n", folder, log.frames.size(),

@@ -24,19 +24,17 @@ struct RunArguments {
 };
 
 /// Progress for everybody, a window for whoever asked for one.
-class Audience : public RunWatcher {
+class Audience : public RunProgress {
  public:
   Audience(const Scenario& scenario, std::unique_ptr<View> view)
-      : duration_s_(scenario.duration), bar_(scenario.name), view_(std::move(view)) {}
+      : RunProgress(scenario.name, scenario), view_(std::move(view)) {}
 
   void onFrame(const RunFrame& frame) override {
-    bar_.show(frame.record.time_s / duration_s_);
+    RunProgress::onFrame(frame);
     if (view_) view_->show(*frame.image, frame.record, frame.log);
   }
 
  private:
-  double duration_s_;
-  ProgressBar bar_;
   std::unique_ptr<View> view_;
 };
 

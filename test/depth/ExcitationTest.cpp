@@ -37,11 +37,11 @@ TEST(Excitation, motionTowardsAPointIsAlongItsLineOfSightAndNotThatOfOthers) {
 }
 
 TEST(Excitation, motionAcrossTheLineOfSightIsOnlyTooSlow) {
-  EXPECT_EQ(after({{.003, 0, 0}, {}}).ofDepth(0, 0), Hindrance::tooSlow);
+  EXPECT_EQ(after({{.003, 0, 0}, {0, 0, 0}}).ofDepth(0, 0), Hindrance::tooSlow);
 }
 
 TEST(Excitation, translationTellsNoFocalLength) {
-  EXPECT_EQ(after({{.1, 0, .1}, {}}).ofFocal(.1, .2), Hindrance::noRotation);
+  EXPECT_EQ(after({{.1, 0, .1}, {0, 0, 0}}).ofFocal(.1, .2), Hindrance::noRotation);
   EXPECT_EQ(describe(Hindrance::noRotation, 0), "no rotation");
 }
 
@@ -68,7 +68,7 @@ TEST(Excitation, acrossIsTheSpeedPerpendicularToTheLineOfSightTimesDepth) {
 }
 
 TEST(Excitation, speaksOfTheLastSecondOnly) {
-  Excitation excitation = after({{.2, 0, 0}, {}});
+  Excitation excitation = after({{.2, 0, 0}, {0, 0, 0}});
   for (int i = 0; i < 300; ++i) {
     excitation.add(Motion::fromTwist({{0, 0, 0}, {0, .1, 0}}, kDt));
   }
@@ -76,12 +76,12 @@ TEST(Excitation, speaksOfTheLastSecondOnly) {
 }
 
 TEST(Excitation, unusableMotionIsIgnored) {
-  Excitation excitation = after({{.2, 0, 0}, {}});
+  Excitation excitation = after({{.2, 0, 0}, {0, 0, 0}});
   const double speed = excitation.speed();
   const double bad = std::numeric_limits<double>::quiet_NaN();
-  excitation.add(Motion::fromTwist({{bad, 0, 0}, {}}, kDt));
-  excitation.add(Motion::fromTwist({{1, 0, 0}, {}}, -1));
-  excitation.add(Motion::fromTwist({{1e200, 0, 0}, {}}, kDt));
+  excitation.add(Motion::fromTwist({{bad, 0, 0}, {0, 0, 0}}, kDt));
+  excitation.add(Motion::fromTwist({{1, 0, 0}, {0, 0, 0}}, -1));
+  excitation.add(Motion::fromTwist({{1e200, 0, 0}, {0, 0, 0}}, kDt));
   EXPECT_EQ(excitation.speed(), speed);
 }
 
