@@ -24,7 +24,7 @@ constexpr double kFocalRange = 3;
 constexpr double kOffsetRange = 6;
 
 /// Stretches of odometry whose means tell how the twist changes, in image periods.
-constexpr double kStretch[] = {2, 5};
+constexpr double kStretch[] = {1, 2, 5};
 
 /// The twist changes when its change, squared, is on average over this time so many times what
 /// noise alone would give. Single changes count up to a limit, so as to be forgotten in time.
@@ -64,6 +64,7 @@ Motion asMeasured(const Motion& motion, double kappa) {
 struct JointDepthFilter::ShiftedMotion {
   Motion motion;
   Vector6d acceleration = Vector6d::Zero();  // of the twist, at its end
+  double accelerationVariance[2] = {0, 0};   // of each component of it, linear and angular
   double missing_s = 0;                      // share of t_d for which there is no odometry
 };
 
@@ -200,7 +201,7 @@ JointDepthFilter::ShiftedMotion JointDepthFilter::shiftedMotion(const MotionBuff
   shifted.motion = interval.motion;
   shifted.missing_s = wanted - offset;
   if (timeOffset_ != kNone && shifted.motion.dt > 0) {
-    shifted.acceleration = recentAcceleration(odometry, t1_s - offset, shifted.motion);
+    findAcceleration(odometry, t1_s - offset, shifted);
   }
   if (bias_ != kNone) {  // half of it before, half after: exact to second order
     const Eigen::Vector3d b(values_[bias_], values_[bias_ + 1], values_[bias_ + 2]);
@@ -219,6 +220,11 @@ void JointDepthFilter::predict(const ShiftedMotion& shifted) {
   }
   step_ = options_.filter.odometry.over(motion);
   dt_ = motion.dt;
+  if (timeOffset_ != kNone) {  // what an error of t_d does along an acceleration that is not known
+    const double variance = dt_ * dt_ * P_[timeOffset_][timeOffset_];
+    step_.variance_t += variance * shifted.accelerationVariance[0];
+    step_.variance_theta += variance * shifted.accelerationVariance[1];
+  }
 
   const detail::FilterStep step(motion, step_);
   const Motion seen = asMeasured(motion, kappa());
@@ -317,13 +323,13 @@ JointDepthFilter::PointStep JointDepthFilter::stepOf(const Slot& slot, const Shi
 /// noise there on average, else longer ones, in which slow changes show, else none. Measured noise
 /// that passed for a change would pull t_d (errors in variables), as it does with depth; see
 /// OdometryNoise::deadBand.
-Vector6d JointDepthFilter::recentAcceleration(const MotionBuffer& odometry, double end_s,
-                                              const Motion& motion) {
+void JointDepthFilter::findAcceleration(const MotionBuffer& odometry, double end_s,
+                                        ShiftedMotion& shifted) {
+  const Motion& motion = shifted.motion;
   const OdometryNoise& noise = options_.filter.odometry;
   const OdometryNoise::Step step = noise.over(motion);
   const bool isMeasured = noise.mode == OdometryMode::measured;
   const double keep = std::exp(-motion.dt / kChangeMemory_s);
-  Vector6d acceleration = Vector6d::Zero();
   for (int i = kStretches - 1; i >= 0; --i) {  // the shortest that serves comes last and stays
     const double stretch = kStretch[i] * motion.dt;
     const auto late = odometry.meanTwist(end_s - stretch, end_s);
@@ -335,16 +341,17 @@ Vector6d JointDepthFilter::recentAcceleration(const MotionBuffer& odometry, doub
     for (Eigen::Index k = 0; k < 2; ++k) {
       const auto part = a.segment<3>(3 * k);
       if (!isMeasured || !(expected[k] > 0)) {
-        acceleration.segment<3>(3 * k) = part;
+        shifted.acceleration.segment<3>(3 * k) = part;
         continue;
       }
       double& change = change_[i][k];
       const double now = std::min(part.squaredNorm() / expected[k], kLargestChange);
       change = change < 0 ? now : keep * change + (1 - keep) * now;
-      if (change > kChanges) acceleration.segment<3>(3 * k) = part;
+      const bool isReal = change > kChanges, isLongest = i == kStretches - 1;
+      if (isReal) shifted.acceleration.segment<3>(3 * k) = part;
+      if (isReal || isLongest) shifted.accelerationVariance[k] = kChanges * expected[k] / 3;
     }
   }
-  return acceleration;
 }
 
 /// P <- Phi P Phi' + G G', with Phi the identity for the common states: rows first, then, P being
