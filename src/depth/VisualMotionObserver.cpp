@@ -336,7 +336,7 @@ VisualMotionObserver::Step VisualMotionObserver::iteratedStep() const {
     Eigen::Vector3d turn = step.error.tail<3>();
     turn *= std::min(1.0, kLongestTurn_rad / std::max(turn.norm(), 1e-300));
     shown.translation() += shown.linear() * step.error.head<3>();
-    shown.linear() *= Motion::fromTwist({{}, turn}, -1).R;
+    shown.linear() *= Motion::fromTwist({Eigen::Vector3d::Zero(), turn}, -1).R;
   }
   orthonormalise(shown);
   const Eigen::Isometry3d g_ee = cMo_.inverse() * shown;
