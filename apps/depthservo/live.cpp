@@ -79,6 +79,7 @@ int watchLive(const LiveArguments& arguments) {
   options.camera = cameraOf(arguments.camera);
   if (!arguments.target.empty()) {
     options.target = readTarget(arguments.target);
+    options.targetFile = arguments.target;
     options.observation = ReplayOptions::of(options.target.hints, arguments.target);
   }
   apply(arguments.observation, options.target.tags.has_value(), options.observation);

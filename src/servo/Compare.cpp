@@ -12,8 +12,8 @@
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "servo/Html.h"
 #include "servo/NewFolder.h"
+#include "servo/ObservationSetup.h"
 #include "servo/RunFiles.h"
-#include "servo/makeEstimator.h"
 
 namespace depthservo {
 namespace {
@@ -601,16 +601,13 @@ Comparison compare(const Sequence& sequence, const ReplayOptions& replayOptions,
   measured.name = sequence.name();
   measured.pixelNoise_px = replayOptions.pixelNoise_px;
   measured.rows = log.odometry;
-  measured.prior = {replayOptions.depth.initial};
-  if (replayOptions.priorSigma_Z) {
-    measured.prior.sigma_chi = *replayOptions.priorSigma_Z / (measured.prior.Z * measured.prior.Z);
-  }
+  measured.prior = replayOptions.prior();
   measured.odometryNoise = replayOptions.odometryNoise.value_or(OdometryNoise());
   measured.odometryScaleSigma = replayOptions.odometryScaleSigma;
-  measured.setup = [&](EstimatorKind kind) {
+  measured.setup = [source = ObservedSource::of(sequence), &replayOptions](EstimatorKind kind) {
     ReplayOptions other = replayOptions;
     other.depth.estimator = kind;
-    return setupOf(sequence, other);
+    return setupOf(source, other);
   };
   readLog(log, measured);
   auto pose = sequence.poses().begin();

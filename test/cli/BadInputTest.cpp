@@ -121,6 +121,19 @@ class BadSequence : public testing::Test {
 };
 
 TEST_F(BadSequence, nan_in_twist_csv) {
+TEST_F(BadSequence, gains_for_pixels_or_half_given_are_refused_as_in_a_scenario) {
+  const auto ask = [&](const std::string& gains) {
+    folder_.write("sequence/sequence.yaml", "name: x\nreplay: {" + gains + "}\n");
+  };
+  ask("estimator: nonlinear, k: 20, k_3: 2.0e+9");
+  expectReplayRefused({"sequence.yaml", "replay.k_3", "wrong unit"});
+  expectRefused(depthservo("compare " + path()), {"sequence.yaml", "replay.k_3", "wrong unit"});
+  ask("estimator: nonlinear, k: 20");
+  expectReplayRefused({"sequence.yaml:2", "k and k_3"});
+  ask("estimator: nonlinear, k_3: 8000");
+  expectReplayRefused({"sequence.yaml:2", "k and k_3"});
+}
+
   const std::string row = line("twist.csv", 3);
   replace("twist.csv", row, row.substr(0, row.rfind(',')) + ",nan");
   expectReplayRefused({"twist.csv:3"});
