@@ -40,7 +40,7 @@ struct MeasuredFrame {
 /// What every estimator is given, and the truth.
 struct Measured {
   std::string name;
-  double pixelNoise_px = 0;
+  double pixelNoise_px = kUnknown;  ///< if it is the same for all points
   std::vector<int> ids;
   std::vector<MeasuredFrame> frames;
   std::vector<OdometryRow> rows;
@@ -68,6 +68,7 @@ void readLog(const RunLog& log, Measured& measured) {
     for (const FeatureRecord& feature : frame.features) ids.insert(feature.id);
   }
   measured.ids.assign(ids.begin(), ids.end());
+  std::set<double> noises_px;
   for (const FrameRecord& record : log.frames) {
     MeasuredFrame frame;
     frame.time_s = record.time_s;
@@ -75,7 +76,8 @@ void readLog(const RunLog& log, Measured& measured) {
     for (const FeatureRecord& feature : record.features) {
       const Eigen::Vector2d s = log.camera.normalise(feature.u, feature.v);
       if (feature.measured) {
-        const double sigma = measured.pixelNoise_px / log.camera.focal_px(s.x(), s.y());
+        noises_px.insert(feature.sigma_px);
+        const double sigma = feature.sigma_px / log.camera.focal_px(s.x(), s.y());
         frame.observations.push_back({feature.id, {s.x(), s.y(), sigma}});
       }
       if (!(feature.Z_true > 0)) continue;
@@ -87,6 +89,7 @@ void readLog(const RunLog& log, Measured& measured) {
     }
     measured.frames.push_back(std::move(frame));
   }
+  if (noises_px.size() == 1) measured.pixelNoise_px = *noises_px.begin();
 }
 
 /// The measurement of a point; none: it is hidden.
@@ -505,8 +508,10 @@ std::string pageOf(const Comparison& comparison, const Figure& figure, const fs:
   sheet.verdict = fmt::format("{} estimators on the same {} images", comparison.estimators.size(),
                               comparison.time_s.size());
   sheet.reason = fmt::format(
-      "{} points, {:.4g} s, image noise told to the estimators {:g} px.{}", comparison.points,
-      comparison.time_s.back(), comparison.pixelNoise_px,
+      "{} points, {:.4g} s, image noise told to the estimators {}.{}", comparison.points,
+      comparison.time_s.back(),
+      std::isfinite(comparison.pixelNoise_px) ? fmt::format("{:g} px", comparison.pixelNoise_px)
+                                              : "as the tracker measures it",
       comparison.hasTruth ? ""
                           : " The true depths are not known: only what the estimators claim and "
                             "how far they differ can be compared.");
@@ -573,7 +578,6 @@ Comparison compare(const Scenario& scenario, const CompareOptions& options, RunW
   const RunLog log = ServoLoop(scenario).run(&witness);
   Measured measured;
   measured.name = scenario.name;
-  measured.pixelNoise_px = scenario.sensing.assumedNoise_px();
   measured.rows = witness.rows();
   measured.nominalPeriod_s = 1 / scenario.odometry.rate;
   measured.prior = {scenario.depth.initial};
@@ -599,7 +603,6 @@ Comparison compare(const Sequence& sequence, const ReplayOptions& replayOptions,
   const RunLog log = replay(sequence, replayOptions, progress);
   Measured measured;
   measured.name = sequence.name();
-  measured.pixelNoise_px = replayOptions.pixelNoise_px;
   measured.rows = log.odometry;
   measured.prior = replayOptions.prior();
   measured.odometryNoise = replayOptions.odometryNoise.value_or(OdometryNoise());
@@ -624,7 +627,7 @@ std::string toJson(const Comparison& comparison) {
                {"name", comparison.name},
                {"images", comparison.time_s.size()},
                {"points", comparison.points},
-               {"pixel_noise", comparison.pixelNoise_px},
+               {"pixel_noise", numberOrNull(comparison.pixelNoise_px)},
                {"truth", comparison.hasTruth},
                {"reference", comparison.reference}};
   json["times"] = shownOf(comparison.time_s, comparison.shown);

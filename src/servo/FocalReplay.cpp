@@ -31,8 +31,8 @@ constexpr double kDisagreement = 0.05, kSettledSigma = 0.02;
 
 double square(double a) { return a * a; }
 
-CentredPixel centred(const PinholeCamera& camera, const FeatureRecord& feature, double sigma_px) {
-  return {feature.u - camera.cx, (feature.v - camera.cy) * camera.fx / camera.fy, sigma_px};
+CentredPixel centred(const PinholeCamera& camera, const FeatureRecord& feature) {
+  return {feature.u - camera.cx, (feature.v - camera.cy) * camera.fx / camera.fy, feature.sigma_px};
 }
 
 bool isKnown(const Twist& twist) { return !twist.linear.isZero(0) || !twist.angular.isZero(0); }
@@ -81,7 +81,7 @@ double radius_px(const RunLog& log) {
   for (const FrameRecord& frame : log.frames) {
     for (const FeatureRecord& feature : frame.features) {
       if (!feature.measured) continue;
-      const CentredPixel y = centred(log.camera, feature, 0);
+      const CentredPixel y = centred(log.camera, feature);
       sum += square(y.y1) + square(y.y2);
       ++count;
     }
@@ -98,8 +98,7 @@ FocalGains designed(const RunLog& log, const Motions& motions) {
 /// The observers of all points.
 class Observers {
  public:
-  Observers(const PinholeCamera& camera, const FocalGains& gains, double sigma_px)
-      : camera_(camera), sigma_px_(sigma_px) {
+  Observers(const PinholeCamera& camera, const FocalGains& gains) : camera_(camera) {
     options_.gains = gains;
   }
 
@@ -110,7 +109,7 @@ class Observers {
     for (const FeatureRecord& feature : frame.features) {
       const auto [found, isNew] = observers_.try_emplace(feature.id, options_);
       Observed& o = found->second;
-      const CentredPixel y = centred(camera_, feature, sigma_px_);
+      const CentredPixel y = centred(camera_, feature);
       const bool isStarted = o.observer.estimate().status != DepthStatus::unset;
       if (isMotionKnown) o.observer.predict(motion);
       o.hasGap = o.hasGap || !isMotionKnown;
@@ -159,7 +158,6 @@ class Observers {
   };
 
   PinholeCamera camera_;
-  double sigma_px_;
   FocalObserverOptions options_;
   Excitation excitation_;
   std::map<int, Observed> observers_;
@@ -349,7 +347,7 @@ FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& opti
   result.lever_m = motions.lever_m;
   result.Z = options.Z;
   result.gains = options.gains.value_or(designed(log, motions));
-  Observers observers(log.camera, result.gains, options.replay.pixelNoise_px);
+  Observers observers(log.camera, result.gains);
   for (std::size_t k = 0; k < log.frames.size(); ++k) {
     const FrameRecord& frame = log.frames[k];
     const bool isMotionKnown = k > 0 && isKnown(frame.twist);
