@@ -535,8 +535,7 @@ std::string pageOf(const Comparison& comparison, const Figure& figure, const fs:
 
 Curve curveOf(const Comparison& comparison, const std::string& title,
               const std::vector<double>& values) {
-  Curve curve;
-  curve.title = title;
+  Curve curve = Curve::named(title);
   curve.x = comparison.time_s;
   for (const double value : values) curve.y.push_back(100 * value);
   return curve;
@@ -544,10 +543,7 @@ Curve curveOf(const Comparison& comparison, const std::string& title,
 
 Panel panelOf(const Comparison& comparison, const std::string& title,
               std::vector<double> ComparedEstimator::*values) {
-  Panel panel;
-  panel.title = title;
-  panel.xLabel = "time [s]";
-  panel.yLabel = "relative, rms over the points [%]";
+  Panel panel = Panel::labelled(title, "time [s]", "relative, rms over the points [%]");
   panel.logY = true;
   double low = 1e9, high = 0;
   for (const ComparedEstimator& one : comparison.estimators) {

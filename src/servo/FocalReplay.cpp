@@ -217,37 +217,28 @@ Figure figureOf(const FocalReplay& replay) {
   figure.caption =
       "Focal length as each point tells it (the first six), against that of the camera file "
       "(dashed), and how much the motion tells.";
-  const auto panel = [](const char* title, const char* yLabel) {
-    Panel p;
-    p.title = title;
-    p.xLabel = "time [s]";
-    p.yLabel = yLabel;
-    return p;
-  };
   const int first = replay.points.front().id;
-  Panel focal = panel("focal length", "lambda [px]");
-  Panel eta = panel("", "eta [px rad/s]"), sigma = panel("", "sigma_min [rad^2/s]");
-  eta.title = fmt::format("eta1 and eta2 of point {}: nothing is learnt while one stays 0", first);
-  sigma.title = fmt::format("least singular value, point {}, last second", first);
+  Panel focal = Panel::labelled("focal length", "time [s]", "lambda [px]");
+  Panel eta = Panel::labelled(
+      fmt::format("eta1 and eta2 of point {}: nothing is learnt while one stays 0", first),
+      "time [s]", "eta [px rad/s]");
+  Panel sigma = Panel::labelled(fmt::format("least singular value, point {}, last second", first),
+                                "time [s]", "sigma_min [rad^2/s]");
   constexpr std::size_t kMostCurves = 6;
   const double start_s = replay.records.front().time_s;
-  Curve eta1, eta2, sigma_min;
-  eta1.title = "eta1";
-  eta2.title = "eta2";
+  Curve eta1 = Curve::named("eta1"), eta2 = Curve::named("eta2"), sigma_min;
   double highest_px = std::abs(replay.camera.fx);
   for (std::size_t i = 0; i < std::min(replay.points.size(), kMostCurves); ++i) {
-    Curve lambda;
-    lambda.title = fmt::format("point {}", replay.points[i].id);
+    Curve lambda = Curve::named(fmt::format("point {}", replay.points[i].id));
     for (const FocalRecord& r : replay.records) {
       if (r.id != replay.points[i].id) continue;
-      lambda.x.push_back(r.time_s - start_s);
-      lambda.y.push_back(r.estimate.focal_px);
+      const double t = r.time_s - start_s;
+      lambda.add(t, r.estimate.focal_px);
       highest_px = std::max(highest_px, r.estimate.focal_px);
       if (i > 0) continue;
-      for (Curve* c : {&eta1, &eta2, &sigma_min}) c->x.push_back(r.time_s - start_s);
-      eta1.y.push_back(r.estimate.eta1);
-      eta2.y.push_back(r.estimate.eta2);
-      sigma_min.y.push_back(r.estimate.sigma_min);
+      eta1.add(t, r.estimate.eta1);
+      eta2.add(t, r.estimate.eta2);
+      sigma_min.add(t, r.estimate.sigma_min);
     }
     focal.curves.push_back(std::move(lambda));
   }
@@ -255,13 +246,7 @@ Figure figureOf(const FocalReplay& replay) {
   sigma.curves = {sigma_min};
   const double nominal_px = std::abs(replay.camera.fx);
   focal.yRange = {0, 1.35 * std::min(highest_px, 3 * nominal_px)};
-  Curve nominal;
-  nominal.title = "camera file";
-  nominal.x = {0, replay.duration_s};
-  nominal.y = {nominal_px, nominal_px};
-  nominal.style = Curve::Style::dashed;
-  nominal.colour = Curve::kBlack;
-  focal.curves.push_back(nominal);
+  focal.curves.push_back(Curve::level(nominal_px, 0, replay.duration_s, "camera file"));
   figure.panels = {focal, eta, sigma};
   return figure;
 }
