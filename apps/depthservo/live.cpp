@@ -170,6 +170,7 @@ void addLive(CLI::App& app, int& exitCode) {
       ->type_name("FIFO");
   command->add_option("--motion", a->motion, "twist | target; default: twist if --twist is given")
       ->type_name("SOURCE");
+  addEstimatorOption(*command, a->observation);
   addObservationOptions(*command, a->observation);
   command->add_option("--fps", a->video.fps, "Images per second of a file; asked of a camera [Hz]")
       ->type_name("F")

@@ -12,7 +12,7 @@ namespace {
 const std::string kFourDots = data("scenarios/unicycle-4dots.yaml");
 
 TEST(Arguments, none_names_the_subcommands) {
-  expectRefused(depthservo(""), {"run", "replay", "record"});
+  expectRefused(depthservo(""), {"run", "replay", "record", "depthservo --help"});
 }
 
 TEST(Arguments, a_misspelt_subcommand_suggests_the_nearest) {
@@ -21,6 +21,7 @@ TEST(Arguments, a_misspelt_subcommand_suggests_the_nearest) {
 
 TEST(Arguments, a_misspelt_option_suggests_the_nearest) {
   expectRefused(depthservo("run " + kFourDots + " --jsn"), {"'--jsn'", "'--json'"});
+  expectRefused(depthservo("--hlep"), {"'--hlep'", "'--help'"});
 }
 
 TEST(Arguments, help_begins_with_examples) {
@@ -120,10 +121,9 @@ class BadSequence : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(BadSequence, nan_in_twist_csv) {
 TEST_F(BadSequence, gains_for_pixels_or_half_given_are_refused_as_in_a_scenario) {
   const auto ask = [&](const std::string& gains) {
-    folder_.write("sequence/sequence.yaml", "name: x\nreplay: {" + gains + "}\n");
+    folder_.write("sequence/sequence.yaml", "dots: [[300, 200]]\nreplay: {" + gains + "}\n");
   };
   ask("estimator: nonlinear, k: 20, k_3: 2.0e+9");
   expectReplayRefused({"sequence.yaml", "replay.k_3", "wrong unit"});
@@ -134,6 +134,7 @@ TEST_F(BadSequence, gains_for_pixels_or_half_given_are_refused_as_in_a_scenario)
   expectReplayRefused({"sequence.yaml:2", "k and k_3"});
 }
 
+TEST_F(BadSequence, nan_in_twist_csv) {
   const std::string row = line("twist.csv", 3);
   replace("twist.csv", row, row.substr(0, row.rfind(',')) + ",nan");
   expectReplayRefused({"twist.csv:3"});
