@@ -14,6 +14,7 @@
 #include "servo/NewFolder.h"
 #include "servo/ObservationSetup.h"
 #include "servo/RunFiles.h"
+#include "servo/makeTracker.h"
 
 namespace depthservo {
 namespace {
@@ -603,8 +604,10 @@ Comparison compare(const Sequence& sequence, const ReplayOptions& replayOptions,
   measured.prior = replayOptions.prior();
   measured.odometryNoise = replayOptions.odometryNoise.value_or(OdometryNoise());
   measured.odometryScaleSigma = replayOptions.odometryScaleSigma;
-  measured.setup = [source = ObservedSource::of(sequence), &replayOptions](EstimatorKind kind) {
+  measured.setup = [source = ObservedSource::of(sequence), &replayOptions,
+                    tracker = chooseTracker(sequence, replayOptions.tracker)](EstimatorKind kind) {
     ReplayOptions other = replayOptions;
+    other.tracker = tracker;
     other.depth.estimator = kind;
     return setupOf(source, other);
   };

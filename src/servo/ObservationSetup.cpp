@@ -33,6 +33,15 @@ void requireTarget(const ObservedSource& source) {
                                    : std::filesystem::path(source.settings).filename().string()));
 }
 
+/// \param what needs the target in the images
+void requireTracked(const ObservedSource& source, ReplayTracker tracker, const char* what) {
+  if (!findsPoints(source.target, tracker)) return;
+  throw InputError({source.place, 0, ""},
+                   fmt::format("{} needs the points of the target, which --tracker {} does not "
+                               "follow",
+                               what, nameOf(tracker)));
+}
+
 void requireGains(const ObservedSource& source, const Scenario::Gains& gains) {
   if (!gains.k_3 || !(source.fastestRate > 0)) return;
   const std::string objection =
@@ -71,7 +80,13 @@ ObservedSource ObservedSource::of(const Sequence& sequence) {
 
 EstimatorSetup setupOf(const ObservedSource& source, const ReplayOptions& options) {
   requireGains(source, options.depth.gains);
-  if (options.depth.estimator == EstimatorKind::pose) requireTarget(source);
+  if (options.motion == ReplayMotion::target) {
+    requireTracked(source, options.tracker, "--motion target");
+  }
+  if (options.depth.estimator == EstimatorKind::pose) {
+    requireTarget(source);
+    requireTracked(source, options.tracker, "the estimator 'pose'");
+  }
   EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
                        source.target.target};
   if (source.frameRate > 0) setup.frameRate = source.frameRate;

@@ -121,6 +121,21 @@ TEST(Compare, tells_the_estimators_the_noise_that_the_tracker_measures) {
             5 * estimatorNamed(measured, "filter")["relative_sigma"].back().get<double>());
 }
 
+TEST(Compare, of_natural_corners_leaves_out_the_estimator_that_needs_the_target) {
+  const TemporaryFolder folder;
+  const std::string sequence = folder / "sequence";
+  ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
+                       " --set expect=null --set duration=0.3 " + sequence)
+                .exitCode,
+            0);
+  const auto dots = depthservo("compare " + sequence + " --json").json();
+  EXPECT_FALSE(estimatorNamed(dots, "pose").is_null());
+  const Result corners = depthservo("compare " + sequence + " --tracker klt --json");
+  ASSERT_EQ(corners.exitCode, 0) << corners.err;
+  EXPECT_TRUE(estimatorNamed(corners.json(), "pose").is_null());
+  EXPECT_FALSE(estimatorNamed(corners.json(), "filter").is_null());
+}
+
 TEST(Compare, without_truth_shows_sigmas_and_differences) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";

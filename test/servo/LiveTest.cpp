@@ -110,6 +110,17 @@ TEST_F(LiveTest, says_that_an_estimator_needs_a_known_target) {
                         {"'pose'", "four points", "plate.yaml"}));
 }
 
+TEST_F(LiveTest, does_not_take_natural_corners_for_the_target) {
+  UnpluggedCamera camera(options_.camera, options_.target.target, 1);
+  TwistStream twists(folder_ / "twists");
+  options_.observation.tracker = ReplayTracker::klt;
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }),
+                        {"--motion target", "klt"}));
+  EXPECT_EQ(inputErrorOf([&] { Live(options_, camera, &twists); }), "");
+  options_.observation.depth.estimator = EstimatorKind::pose;
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, &twists); }), {"'pose'", "klt"}));
+}
+
 TEST_F(LiveTest, without_a_log_only_the_last_frames_stay_in_memory) {
   options_.keepsLog = false;
   UnpluggedCamera camera(options_.camera, options_.target.target, 1000);
