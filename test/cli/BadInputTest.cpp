@@ -95,11 +95,7 @@ TEST(Report, of_a_folder_that_is_no_run_is_refused) {
 /// A recorded sequence that each test damages.
 class BadSequence : public testing::Test {
  protected:
-  void SetUp() override {
-    ASSERT_EQ(depthservo("record " + kFourDots + " --set duration=0.3 --set expect=null " + path())
-                  .exitCode,
-              0);
-  }
+  void SetUp() override { record(kFourDots + " --set duration=0.3 --set expect=null", path()); }
   std::string path() const { return folder_ / "sequence"; }
   void replace(const std::string& file, const std::string& from, const std::string& to) const {
     std::string text = folder_.read("sequence/" + file);

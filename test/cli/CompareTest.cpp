@@ -61,7 +61,7 @@ TEST(Compare, of_the_estimator_of_the_run_shows_the_errors_of_the_run) {
 TEST(Compare, of_a_recorded_sequence_is_that_of_its_scenario) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(depthservo("record " + kQuick + " " + sequence).exitCode, 0);
+  record(kQuick, sequence);
   const std::string rest = " --json --estimators nonlinear,filter,joint --times 3";
   const auto live = depthservo("compare " + kQuick + rest).json();
   const auto recorded = depthservo("compare " + sequence + rest).json();
@@ -78,10 +78,7 @@ TEST(Compare, of_a_recorded_sequence_is_that_of_its_scenario) {
 TEST(Compare, observes_a_sequence_as_replay_does_with_the_same_options) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
-                       " --set expect=null --set duration=1 " + sequence)
-                .exitCode,
-            0);
+  record(data("scenarios/unicycle-4dots.yaml") + " --set expect=null --set duration=1", sequence);
   for (const std::string options :
        {"--motion groundtruth --prior 5:1 --pixel-noise 0.4", "--motion target --tracker dots",
         "--odometry-noise 0.01,0.002 --odometry-scale-sigma 0.05 --focal-sigma 0.02"}) {
@@ -106,10 +103,8 @@ TEST(Compare, observes_a_sequence_as_replay_does_with_the_same_options) {
 TEST(Compare, tells_the_estimators_the_noise_that_the_tracker_measures) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-apriltag.yaml") +
-                       " --set expect=null --set duration=1 " + sequence)
-                .exitCode,
-            0);
+  record(data("scenarios/unicycle-apriltag.yaml") + " --set expect=null --set duration=1",
+         sequence);
   folder.write("sequence/sequence.yaml",
                "target: {type: apriltag, family: 36h11, tags: [{id: 7, size: 0.2}]}\n");
   const auto measured = depthservo("compare " + sequence + " --json --estimators filter").json();
@@ -124,10 +119,7 @@ TEST(Compare, tells_the_estimators_the_noise_that_the_tracker_measures) {
 TEST(Compare, of_natural_corners_leaves_out_the_estimator_that_needs_the_target) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
-                       " --set expect=null --set duration=0.3 " + sequence)
-                .exitCode,
-            0);
+  record(data("scenarios/unicycle-4dots.yaml") + " --set expect=null --set duration=0.3", sequence);
   const auto dots = depthservo("compare " + sequence + " --json").json();
   EXPECT_FALSE(estimatorNamed(dots, "pose").is_null());
   const Result corners = depthservo("compare " + sequence + " --tracker klt --json");
@@ -139,7 +131,7 @@ TEST(Compare, of_natural_corners_leaves_out_the_estimator_that_needs_the_target)
 TEST(Compare, without_truth_shows_sigmas_and_differences) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(depthservo("record " + kQuick + " " + sequence).exitCode, 0);
+  record(kQuick, sequence);
   std::filesystem::remove(sequence + "/truth.csv");
   const Result result =
       depthservo("compare " + sequence + " --json --out " + (folder / "out").string());

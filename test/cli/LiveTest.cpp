@@ -20,10 +20,8 @@ namespace fs = std::filesystem;
 class LiveOfRecording : public testing::Test {
  protected:
   void SetUp() override {
-    ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
-                         " --set duration=2 --set expect=null " + sequence_)
-                  .exitCode,
-              0);
+    record(data("scenarios/unicycle-4dots.yaml") + " --set duration=2 --set expect=null",
+           sequence_);
     series_ = sequence_ + "/rgb/%06d.png";
     fifo_ = folder_ / "twists";
     ASSERT_EQ(mkfifo(fifo_.c_str(), 0600), 0);
