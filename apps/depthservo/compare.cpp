@@ -9,6 +9,7 @@
 #include "ProgressBar.h"
 #include "commands.h"
 #include "depthservo/servo/RunFolder.h"
+#include "observation.h"
 
 namespace depthservo {
 namespace {
@@ -16,21 +17,17 @@ namespace {
 struct CompareArguments {
   std::string data, out;
   std::vector<std::string> estimators, overrides;
-  std::optional<double> prior;
-  SequenceOptions source;
+  SequenceArguments sequence;
+  std::vector<const CLI::Option*> sequenceOptions;
   CompareOptions options;
   bool json = false;
 };
 
-[[noreturn]] void refuse(const std::string& option, const std::string& message) {
-  throw InputError({option, 0, ""}, message);
-}
-
 Comparison compareScenario(const CompareArguments& arguments) {
-  for (const auto& [option, isGiven] : {std::pair{"--prior", arguments.prior.has_value()},
-                                        {"--camera", !arguments.source.camera.empty()},
-                                        {"--fps", arguments.source.fps > 0}}) {
-    if (isGiven) refuse(option, "is for sequences; in a scenario use --set, e.g. depth.initial=2");
+  for (const CLI::Option* option : arguments.sequenceOptions) {
+    if (option->count() == 0) continue;
+    refuseOption(option->get_name(),
+                 "is for sequences; in a scenario use --set, e.g. depth.initial=2");
   }
   const Scenario scenario = Scenario::load(arguments.data, arguments.overrides);
   RunProgress progress(scenario.name, scenario);
@@ -38,11 +35,12 @@ Comparison compareScenario(const CompareArguments& arguments) {
 }
 
 Comparison compareSequence(const CompareArguments& arguments) {
-  if (!arguments.overrides.empty()) refuse("--set", "is for scenarios, not for recorded data");
-  const Sequence sequence(arguments.data, arguments.source);
+  if (!arguments.overrides.empty()) {
+    refuseOption("--set", "is for scenarios, not for recorded data");
+  }
+  const Sequence sequence(arguments.data, arguments.sequence.source);
   for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
-  ReplayOptions options = ReplayOptions::of(sequence);
-  if (arguments.prior) options.depth.initial = *arguments.prior;
+  const ReplayOptions options = optionsOf(arguments.sequence, sequence);
   ProgressBar bar("compare " + sequence.name());
   return compare(sequence, options, arguments.options, [&](double done) { bar.show(done); });
 }
@@ -110,6 +108,9 @@ int compareAll(CompareArguments arguments) {
   for (const std::string& name : arguments.estimators) {
     arguments.options.estimators.push_back(availableEstimator(name, {"--estimators", 0, ""}));
   }
+  if (!std::filesystem::exists(arguments.data)) {
+    throw InputError({arguments.data, 0, ""}, "there is no such scenario or sequence");
+  }
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
   const Comparison comparison = std::filesystem::is_directory(arguments.data)
                                     ? compareSequence(arguments)
@@ -157,21 +158,17 @@ void addCompare(CLI::App& app, int& exitCode) {
                    "Override a key of the scenario, e.g. depth.initial=8; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  command->add_option("--prior", a->prior, "First guess of every depth of a sequence [m]")
-      ->type_name("Z")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--camera", a->source.camera,
-                   "camera_info file, or tum-fr1 | tum-fr2 | tum-fr3 | icl; default: camera.yaml")
-      ->type_name("FILE");
-  command->add_option("--fps", a->source.fps, "Images per second of a plain image folder")
-      ->type_name("F")
-      ->check(CLI::PositiveNumber);
   command->add_flag("--json", a->json, "Print the result as one JSON object on stdout");
   command
       ->add_option("--out", a->out,
                    "Write a folder with report.html and the curves; must not exist")
       ->type_name("DIR");
+  const std::size_t own = command->get_options().size();
+  addSequenceOptions(*command, a->sequence);
+  for (std::size_t i = own; i < command->get_options().size(); ++i) {
+    command->get_options()[i]->group("Options for sequences, as in replay");
+    a->sequenceOptions.push_back(command->get_options()[i]);
+  }
   command->callback([a, &exitCode] { exitCode = compareAll(*a); });
 }
 

@@ -79,6 +79,7 @@ int watchLive(const LiveArguments& arguments) {
   options.camera = cameraOf(arguments.camera);
   if (!arguments.target.empty()) {
     options.target = readTarget(arguments.target);
+    options.targetFile = arguments.target;
     options.observation = ReplayOptions::of(options.target.hints, arguments.target);
   }
   apply(arguments.observation, options.target.tags.has_value(), options.observation);
@@ -169,6 +170,7 @@ void addLive(CLI::App& app, int& exitCode) {
       ->type_name("FIFO");
   command->add_option("--motion", a->motion, "twist | target; default: twist if --twist is given")
       ->type_name("SOURCE");
+  addEstimatorOption(*command, a->observation);
   addObservationOptions(*command, a->observation);
   command->add_option("--fps", a->video.fps, "Images per second of a file; asked of a camera [Hz]")
       ->type_name("F")

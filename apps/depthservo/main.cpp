@@ -28,17 +28,21 @@ Examples:
 Exit codes: 0 as expected (or converged, or timeout), 1 not as expected, 2 bad arguments or input,
 3 any other outcome. Words go to stderr, data to stdout.)";
 
-/// Every word that may stand at this place: a subcommand, or an option of the one in use.
-std::vector<std::string> validWords(const CLI::App& app) {
-  std::vector<std::string> words;
-  if (app.get_subcommands().empty()) {
-    for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
-      words.push_back(sub->get_name());
-    }
-    return words;
+std::vector<std::string> subcommands(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(sub->get_name());
   }
-  const CLI::App& inUse = *app.get_subcommands().front();
-  for (const CLI::Option* option : inUse.get_options()) {
+  return names;
+}
+
+/// Every word that may stand at this place: an option of the subcommand in use, or without one the
+/// subcommands too.
+std::vector<std::string> validWords(const CLI::App& app) {
+  const bool isInside = !app.get_subcommands().empty();
+  std::vector<std::string> words = isInside ? std::vector<std::string>() : subcommands(app);
+  for (const CLI::Option* option :
+       (isInside ? *app.get_subcommands().front() : app).get_options()) {
     for (const std::string& name : option->get_lnames()) words.push_back("--" + name);
   }
   return words;
@@ -51,7 +55,8 @@ std::string refusal(const CLI::App& app, const CLI::ParseError& error) {
                        nearestWord(extras.front(), validWords(app)));
   }
   if (app.get_subcommands().empty()) {
-    return fmt::format("expected one of: {}", fmt::join(validWords(app), ", "));
+    return fmt::format("expected one of: {} (see depthservo --help)",
+                       fmt::join(subcommands(app), ", "));
   }
   std::string text = error.what();
   std::replace(text.begin(), text.end(), '\n', ' ');

@@ -52,6 +52,15 @@ Scenario::Joint jointNamed(const std::vector<std::string>& names) {
   return joint;
 }
 
+ReplayMotion motionNamed(const std::string& name) {
+  if (name == "auto") return ReplayMotion::automatic;
+  if (name == "twist") return ReplayMotion::twist;
+  if (name == "groundtruth") return ReplayMotion::groundtruth;
+  if (name == "target") return ReplayMotion::target;
+  refuseOption("--motion",
+               fmt::format("'{}' is not known; expected twist, groundtruth or target", name));
+}
+
 double median(std::vector<double> values) {
   if (values.empty()) return kUnknown;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -89,11 +98,14 @@ void refuseOption(const std::string& option, const std::string& message) {
   throw InputError({option, 0, ""}, message);
 }
 
-void addObservationOptions(CLI::App& command, ObservationArguments& a) {
+void addEstimatorOption(CLI::App& command, ObservationArguments& a) {
   command
       .add_option("--estimator", a.estimator,
                   "constant | two-frame | nonlinear | window | filter (default) | joint | pose")
       ->type_name("NAME");
+}
+
+void addObservationOptions(CLI::App& command, ObservationArguments& a) {
   command.add_option("--ke", a.ke, "Gain of the estimator pose [1/s]; default: by the frame rate")
       ->type_name("KE")
       ->check(CLI::PositiveNumber);
@@ -101,14 +113,16 @@ void addObservationOptions(CLI::App& command, ObservationArguments& a) {
       ->type_name("Z[:SIGMA]");
   command
       .add_option("--tag-family", a.tagFamily,
-                  "Of AprilTags that the target does not name; default 36h11")
+                  "Family of AprilTags that the target does not name; default 36h11")
       ->type_name("NAME");
-  command.add_option("--corners", a.corners, "That klt follows at once; default 300")
+  command
+      .add_option("--corners", a.corners, "Corners that klt follows at once, at most; default 300")
       ->type_name("N")
       ->check(CLI::Range(1, 2000));
   command
       .add_option("--pixel-noise", a.pixelNoise_px,
-                  "1 sigma per axis [px]; default 0.5, of apriltag and klt what they measure")
+                  "Noise of a point, 1 sigma per axis [px]; default 0.5, of apriltag and klt what "
+                  "they measure")
       ->type_name("PX")
       ->check(CLI::PositiveNumber);
   command
@@ -174,6 +188,38 @@ void apply(const ObservationArguments& arguments, bool hasTags, ReplayOptions& o
     options.pixelNoise_px = arguments.pixelNoise_px;
     options.isPixelNoiseGiven = true;
   }
+}
+
+void addSequenceOptions(CLI::App& command, SequenceArguments& a) {
+  command
+      .add_option(
+          "--tracker", a.tracker,
+          "dots | apriltag | klt | tracks; default: the target's, dots where there are images")
+      ->type_name("NAME");
+  command
+      .add_option("--motion", a.motion,
+                  "twist | groundtruth | target; default: the first that the sequence has")
+      ->type_name("SOURCE");
+  command
+      .add_option(
+          "--camera", a.source.camera,
+          "camera_info or EuRoC sensor.yaml, or tum-fr1 | tum-fr2 | tum-fr3 | icl; default: "
+          "camera.yaml")
+      ->type_name("FILE");
+  command
+      .add_option("--fps", a.source.fps,
+                  "Images per second of a plain image folder, or of frame numbers")
+      ->type_name("F")
+      ->check(CLI::PositiveNumber);
+  addObservationOptions(command, a.observation);
+}
+
+ReplayOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence) {
+  ReplayOptions options = ReplayOptions::of(sequence);
+  options.tracker = trackerNamed(arguments.tracker);
+  options.motion = motionNamed(arguments.motion);
+  apply(arguments.observation, sequence.tags().has_value(), options);
+  return options;
 }
 
 ReplayTracker trackerNamed(const std::string& name) {

@@ -9,9 +9,10 @@
 
 namespace depthservo {
 
-/// What replay and live are told about how to observe depth.
+/// How to observe depth, whatever the estimator: for replay, live and compare.
 struct ObservationArguments {
-  std::string estimator, prior, tagFamily;
+  std::string estimator;  ///< only where there is one
+  std::string prior, tagFamily;
   int corners = 0;
   double pixelNoise_px = 0;
   std::vector<double> odometryNoise;
@@ -19,6 +20,7 @@ struct ObservationArguments {
   std::vector<std::string> joint;
 };
 
+void addEstimatorOption(CLI::App& command, ObservationArguments& arguments);
 void addObservationOptions(CLI::App& command, ObservationArguments& arguments);
 
 /// Puts what was given into the options. \param hasTags the target names its AprilTags
@@ -26,6 +28,19 @@ void addObservationOptions(CLI::App& command, ObservationArguments& arguments);
 void apply(const ObservationArguments& arguments, bool hasTags, ReplayOptions& options);
 
 ReplayTracker trackerNamed(const std::string& name);  ///< \throw InputError
+
+/// Recorded data and what is made of them: for replay and compare.
+struct SequenceArguments {
+  std::string tracker = "auto", motion = "auto";
+  SequenceOptions source;
+  ObservationArguments observation;
+};
+
+/// All but `--estimator`.
+void addSequenceOptions(CLI::App& command, SequenceArguments& arguments);
+
+/// As the sequence asks for, unless the arguments say otherwise. \throw InputError
+ReplayOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence);
 
 /// OpenCV and FFmpeg tell what they think of a camera or a file on stderr; what matters of it is
 /// told by the tool.

@@ -17,33 +17,11 @@ namespace depthservo {
 namespace {
 
 struct ReplayArguments {
-  std::string sequence, baseline, out, tracker = "auto", motion = "auto", observe = "depth";
-  SequenceOptions source;
-  ObservationArguments observation;
+  std::string sequence, baseline, out, observe = "depth";
+  SequenceArguments data;
   std::vector<double> focalGains;
   bool update = false, json = false;
 };
-
-ReplayMotion motionNamed(const std::string& name) {
-  if (name == "auto") return ReplayMotion::automatic;
-  if (name == "twist") return ReplayMotion::twist;
-  if (name == "groundtruth") return ReplayMotion::groundtruth;
-  if (name == "target") return ReplayMotion::target;
-  refuseOption("--motion",
-               fmt::format("'{}' is not known; expected twist, groundtruth or target", name));
-}
-
-ReplayOptions optionsOf(const ReplayArguments& arguments, const Sequence& sequence) {
-  ReplayOptions options = ReplayOptions::of(sequence);
-  options.tracker = trackerNamed(arguments.tracker);
-  options.motion = motionNamed(arguments.motion);
-  if (arguments.observe != "depth" && arguments.observe != "focal") {
-    refuseOption("--observe",
-                 fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
-  }
-  apply(arguments.observation, sequence.tags().has_value(), options);
-  return options;
-}
 
 /// The exit code of comparing with a baseline, told on stderr.
 int compare(const RunLog& log, const std::string& file, bool update) {
@@ -86,7 +64,7 @@ int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence
   if (!arguments.baseline.empty()) refuseOption("--baseline", "is for --observe depth");
   FocalReplayOptions focal;
   focal.replay = options;
-  if (!arguments.observation.prior.empty()) focal.Z = options.depth.initial;
+  if (!arguments.data.observation.prior.empty()) focal.Z = options.depth.initial;
   if (arguments.focalGains.size() == 3) {
     focal.gains = {arguments.focalGains[0], arguments.focalGains[1], arguments.focalGains[2]};
   }
@@ -105,8 +83,12 @@ int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence
 int replaySequence(const ReplayArguments& arguments) {
   if (arguments.update && arguments.baseline.empty())
     refuseOption("--update", "needs --baseline FILE");
-  const Sequence sequence(arguments.sequence, arguments.source);
-  const ReplayOptions options = optionsOf(arguments, sequence);
+  if (arguments.observe != "depth" && arguments.observe != "focal") {
+    refuseOption("--observe",
+                 fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
+  }
+  const Sequence sequence(arguments.sequence, arguments.data.source);
+  const ReplayOptions options = optionsOf(arguments.data, sequence);
   if (!arguments.baseline.empty() && !arguments.update) Baseline::load(arguments.baseline);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
 
@@ -132,27 +114,8 @@ void addReplay(CLI::App& app, int& exitCode) {
   CLI::App* command = app.add_subcommand("replay", "Observe depth on recorded data");
   auto a = std::make_shared<ReplayArguments>();
   command->add_option("SEQUENCE", a->sequence, "Folder: see doc/formats.md")->required();
-  command
-      ->add_option(
-          "--tracker", a->tracker,
-          "dots | apriltag | klt | tracks; default: the target's, dots where there are images")
-      ->type_name("NAME");
-  addObservationOptions(*command, a->observation);
-  command
-      ->add_option("--motion", a->motion,
-                   "twist | groundtruth | target; default: the first that the sequence has")
-      ->type_name("SOURCE");
-  command
-      ->add_option(
-          "--camera", a->source.camera,
-          "camera_info or EuRoC sensor.yaml, or tum-fr1 | tum-fr2 | tum-fr3 | icl; default: "
-          "camera.yaml")
-      ->type_name("FILE");
-  command
-      ->add_option("--fps", a->source.fps,
-                   "Images per second of a plain image folder, or of frame numbers")
-      ->type_name("F")
-      ->check(CLI::PositiveNumber);
+  addEstimatorOption(*command, a->data.observation);
+  addSequenceOptions(*command, a->data);
   command->add_option("--observe", a->observe, "depth (default) | focal")->type_name("WHAT");
   command
       ->add_option("--focal-gains", a->focalGains,

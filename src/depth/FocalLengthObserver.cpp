@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "depth/poleMatched.h"
-#include "depthservo/depth/ObserverStep.h"
 
 namespace depthservo {
 namespace {
@@ -198,21 +197,8 @@ FocalEstimate FocalLengthObserver::estimate() const {
       seen_s > 0 ? options_.gains.k_3 * informationOnFocal() / (options_.gains.k * seen_s) : 0;
   const bool isSure = e.focal_px > 0 && e.sigma_focal_px < kValidRelativeSigma * e.focal_px &&
                       std::abs(e.consistency() - 1) < kConsistent;
-  switch (phase_) {
-    case Phase::gone:
-      e.status = DepthStatus::lost;
-      break;
-    case Phase::coasting:
-      e.status = DepthStatus::coasting;
-      break;
-    case Phase::rejected:
-      e.status = DepthStatus::rejected;
-      break;
-    default:
-      e.status = !(e.decayRate * options_.slowest_s > 1) ? DepthStatus::unexcited
-                 : isSure                                ? DepthStatus::valid
-                                                         : DepthStatus::converging;
-  }
+  const bool isExcited = e.decayRate * options_.slowest_s > 1;
+  e.status = detail::statusOf(phase_, isExcited, isSure);
   return e;
 }
 

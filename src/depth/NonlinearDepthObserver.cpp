@@ -131,25 +131,7 @@ DepthEstimate NonlinearDepthObserver::estimate() const {
   e.sigma_chi = std::min(std::sqrt(std::max(0.0, predicted_.cc)), DepthPrior::kLargestSigma_chi);
   e.sigma_xy = std::min(std::sqrt(std::max(0.0, predicted_.ll)), PointMeasurement::kLargestSigma);
   e.excitation = W_;
-  // At an end of its range a depth is held there, not found.
-  const bool isHeld = e.chi <= range_.clampChi(0) || e.chi * range_.Z_min >= 1;
-  const bool isSure = !isHeld && e.sigma_chi < kValidRelativeSigma * e.chi;
-  switch (phase_) {
-    case Phase::vague:
-    case Phase::gone:
-      e.status = DepthStatus::lost;
-      break;
-    case Phase::coasting:
-      e.status = DepthStatus::coasting;
-      break;
-    case Phase::rejected:
-      e.status = DepthStatus::rejected;
-      break;
-    default:
-      e.status = !isExcited() ? DepthStatus::unexcited
-                 : isSure     ? DepthStatus::valid
-                              : DepthStatus::converging;
-  }
+  e.status = statusOf(phase_, isExcited(), isDepthFound(e.chi, e.sigma_chi, range_));
   return e;
 }
 

@@ -46,13 +46,13 @@ ObjectDepthObserver::Point* ObjectDepthObserver::findOrAdd(int id) {
 bool ObjectDepthObserver::setPrior(int id, const DepthPrior& prior) {
   Point* point = findOrAdd(id);
   if (!point) return false;
-  const bool isNew = point->phase == Phase::absent;
+  const bool isNew = point->phase == Phase::unset;
   if (isNew && isStarted_) return true;  // the object's depth is known better than a guess
   const DepthPrior usable = prior.sanitised(range_);
   priorChiSum_ += 1 / usable.Z;
   priorSigmaSum_ += usable.sigma_chi;
   ++priors_;
-  point->phase = Phase::absent;
+  point->phase = Phase::unset;
   isStarted_ = false;
   return true;
 }
@@ -74,7 +74,7 @@ void ObjectDepthObserver::startObject(double measurementVariance) {
 }
 
 void ObjectDepthObserver::forgetPoints() {
-  for (std::size_t i = 0; i < size_; ++i) points_[i].phase = Phase::absent;
+  for (std::size_t i = 0; i < size_; ++i) points_[i].phase = Phase::unset;
   variance_ = {0, 0, square(DepthPrior::kWideSigma_chi)};
   isStarted_ = false;
 }
@@ -257,30 +257,14 @@ DepthEstimate ObjectDepthObserver::estimate(int id) const {
   e.sigma_chi = std::min(std::abs(g_) * std::sqrt(std::max(0.0, variance_.cc)),
                          DepthPrior::kLargestSigma_chi);
   const Point* point = find(id);
-  if (!point || point->phase == Phase::absent) return e;
+  if (!point || point->phase == Phase::unset) return e;
   e.x = point->s.x();
   e.y = point->s.y();
   e.sigma_xy =
       std::min(std::sqrt(std::max(0.0, positionVariance(*point))), PointMeasurement::kLargestSigma);
   e.excitation = point->W;
-  switch (point->phase) {
-    case Phase::vague:
-    case Phase::gone:
-      e.status = DepthStatus::lost;
-      break;
-    case Phase::coasting:
-      e.status = DepthStatus::coasting;
-      break;
-    case Phase::rejected:
-      e.status = DepthStatus::rejected;
-      break;
-    default: {
-      const bool isExcited = W_ > kNoExcitation && window_.isExcited();
-      e.status = !isExcited                                  ? DepthStatus::unexcited
-                 : e.sigma_chi < kValidRelativeSigma * e.chi ? DepthStatus::valid
-                                                             : DepthStatus::converging;
-    }
-  }
+  const bool isExcited = W_ > kNoExcitation && window_.isExcited();
+  e.status = statusOf(point->phase, isExcited, isDepthFound(e.chi, e.sigma_chi, range_));
   return e;
 }
 

@@ -4,18 +4,9 @@
 #include <Eigen/QR>
 #include <stdexcept>
 
+#include "features/pointInteraction.h"
+
 namespace depthservo {
-namespace {
-
-/// Interaction matrix of a point: 2x6, rows x and y.
-Eigen::Matrix<double, 2, 6> interaction(const PointState& p) {
-  Eigen::Matrix<double, 2, 6> L;
-  L << -p.chi, 0, p.x * p.chi, p.x * p.y, -(1 + p.x * p.x), p.y,  //
-      0, -p.chi, p.y * p.chi, 1 + p.y * p.y, -p.x * p.y, -p.x;
-  return L;
-}
-
-}  // namespace
 
 TaskFunction::TaskFunction(const std::vector<PointState>& desired,
                            std::vector<int> degreesOfFreedom)
@@ -25,7 +16,7 @@ TaskFunction::TaskFunction(const std::vector<PointState>& desired,
   for (std::size_t i = 0; i < desired.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(2 * i);
     s_star_.segment<2>(row) << desired[i].x, desired[i].y;
-    L_.middleRows<2>(row) = interaction(desired[i])(Eigen::all, degreesOfFreedom_);
+    L_.middleRows<2>(row) = pointInteraction(desired[i])(Eigen::all, degreesOfFreedom_);
   }
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(L_);
   if (!L_.allFinite() || qr.rank() < L_.cols()) {

@@ -318,6 +318,9 @@ ReplayHints readHints(const detail::StrictMapping& settings) {
     }
     hints.joint = learnt;
   }
+  if (hints.k.has_value() != hints.k_3.has_value()) {
+    replay.fail(hints.k ? "k" : "k_3", "k and k_3 go together; give both, or settling and W_min");
+  }
   if (hints.Z_min && hints.Z_max && !(*hints.Z_min < *hints.Z_max)) {
     replay.fail("Z_max", "expected more than Z_min");
   }

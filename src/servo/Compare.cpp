@@ -12,8 +12,9 @@
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "servo/Html.h"
 #include "servo/NewFolder.h"
+#include "servo/ObservationSetup.h"
 #include "servo/RunFiles.h"
-#include "servo/makeEstimator.h"
+#include "servo/makeTracker.h"
 
 namespace depthservo {
 namespace {
@@ -40,7 +41,7 @@ struct MeasuredFrame {
 /// What every estimator is given, and the truth.
 struct Measured {
   std::string name;
-  double pixelNoise_px = 0;
+  double pixelNoise_px = kUnknown;  ///< if it is the same for all points
   std::vector<int> ids;
   std::vector<MeasuredFrame> frames;
   std::vector<OdometryRow> rows;
@@ -68,6 +69,7 @@ void readLog(const RunLog& log, Measured& measured) {
     for (const FeatureRecord& feature : frame.features) ids.insert(feature.id);
   }
   measured.ids.assign(ids.begin(), ids.end());
+  std::set<double> noises_px;
   for (const FrameRecord& record : log.frames) {
     MeasuredFrame frame;
     frame.time_s = record.time_s;
@@ -75,7 +77,8 @@ void readLog(const RunLog& log, Measured& measured) {
     for (const FeatureRecord& feature : record.features) {
       const Eigen::Vector2d s = log.camera.normalise(feature.u, feature.v);
       if (feature.measured) {
-        const double sigma = measured.pixelNoise_px / log.camera.focal_px(s.x(), s.y());
+        noises_px.insert(feature.sigma_px);
+        const double sigma = feature.sigma_px / log.camera.focal_px(s.x(), s.y());
         frame.observations.push_back({feature.id, {s.x(), s.y(), sigma}});
       }
       if (!(feature.Z_true > 0)) continue;
@@ -87,6 +90,7 @@ void readLog(const RunLog& log, Measured& measured) {
     }
     measured.frames.push_back(std::move(frame));
   }
+  if (noises_px.size() == 1) measured.pixelNoise_px = *noises_px.begin();
 }
 
 /// The measurement of a point; none: it is hidden.
@@ -505,8 +509,10 @@ std::string pageOf(const Comparison& comparison, const Figure& figure, const fs:
   sheet.verdict = fmt::format("{} estimators on the same {} images", comparison.estimators.size(),
                               comparison.time_s.size());
   sheet.reason = fmt::format(
-      "{} points, {:.4g} s, image noise told to the estimators {:g} px.{}", comparison.points,
-      comparison.time_s.back(), comparison.pixelNoise_px,
+      "{} points, {:.4g} s, image noise told to the estimators {}.{}", comparison.points,
+      comparison.time_s.back(),
+      std::isfinite(comparison.pixelNoise_px) ? fmt::format("{:g} px", comparison.pixelNoise_px)
+                                              : "as the tracker measures it",
       comparison.hasTruth ? ""
                           : " The true depths are not known: only what the estimators claim and "
                             "how far they differ can be compared.");
@@ -530,8 +536,7 @@ std::string pageOf(const Comparison& comparison, const Figure& figure, const fs:
 
 Curve curveOf(const Comparison& comparison, const std::string& title,
               const std::vector<double>& values) {
-  Curve curve;
-  curve.title = title;
+  Curve curve = Curve::named(title);
   curve.x = comparison.time_s;
   for (const double value : values) curve.y.push_back(100 * value);
   return curve;
@@ -539,10 +544,7 @@ Curve curveOf(const Comparison& comparison, const std::string& title,
 
 Panel panelOf(const Comparison& comparison, const std::string& title,
               std::vector<double> ComparedEstimator::*values) {
-  Panel panel;
-  panel.title = title;
-  panel.xLabel = "time [s]";
-  panel.yLabel = "relative, rms over the points [%]";
+  Panel panel = Panel::labelled(title, "time [s]", "relative, rms over the points [%]");
   panel.logY = true;
   double low = 1e9, high = 0;
   for (const ComparedEstimator& one : comparison.estimators) {
@@ -573,7 +575,6 @@ Comparison compare(const Scenario& scenario, const CompareOptions& options, RunW
   const RunLog log = ServoLoop(scenario).run(&witness);
   Measured measured;
   measured.name = scenario.name;
-  measured.pixelNoise_px = scenario.sensing.assumedNoise_px();
   measured.rows = witness.rows();
   measured.nominalPeriod_s = 1 / scenario.odometry.rate;
   measured.prior = {scenario.depth.initial};
@@ -599,18 +600,16 @@ Comparison compare(const Sequence& sequence, const ReplayOptions& replayOptions,
   const RunLog log = replay(sequence, replayOptions, progress);
   Measured measured;
   measured.name = sequence.name();
-  measured.pixelNoise_px = replayOptions.pixelNoise_px;
   measured.rows = log.odometry;
-  measured.prior = {replayOptions.depth.initial};
-  if (replayOptions.priorSigma_Z) {
-    measured.prior.sigma_chi = *replayOptions.priorSigma_Z / (measured.prior.Z * measured.prior.Z);
-  }
+  measured.prior = replayOptions.prior();
   measured.odometryNoise = replayOptions.odometryNoise.value_or(OdometryNoise());
   measured.odometryScaleSigma = replayOptions.odometryScaleSigma;
-  measured.setup = [&](EstimatorKind kind) {
+  measured.setup = [source = ObservedSource::of(sequence), &replayOptions,
+                    tracker = chooseTracker(sequence, replayOptions.tracker)](EstimatorKind kind) {
     ReplayOptions other = replayOptions;
+    other.tracker = tracker;
     other.depth.estimator = kind;
-    return setupOf(sequence, other);
+    return setupOf(source, other);
   };
   readLog(log, measured);
   auto pose = sequence.poses().begin();
@@ -627,7 +626,7 @@ std::string toJson(const Comparison& comparison) {
                {"name", comparison.name},
                {"images", comparison.time_s.size()},
                {"points", comparison.points},
-               {"pixel_noise", comparison.pixelNoise_px},
+               {"pixel_noise", numberOrNull(comparison.pixelNoise_px)},
                {"truth", comparison.hasTruth},
                {"reference", comparison.reference}};
   json["times"] = shownOf(comparison.time_s, comparison.shown);

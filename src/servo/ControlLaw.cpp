@@ -11,6 +11,7 @@
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/TaskFunction.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
+#include "robots/cameraJacobian.h"
 #include "servo/ExcitingLaw.h"
 
 #ifdef VISP_NAMESPACE_NAME
@@ -37,6 +38,7 @@ constexpr double kDoubt = 0.5;
 
 /// An image error above this is a long way, as a fraction of the image's width.
 constexpr double kLongWay = 0.1;
+
 std::vector<PointState> desiredPoints(const Scenario& scenario, const ServoGoal& goal) {
   std::vector<PointState> points;
   for (std::size_t i = 0; i < goal.pixels.size(); ++i) {
@@ -145,9 +147,7 @@ class TaskLaw : public ControlLaw {
     for (std::size_t i = 0; i < features_.size(); ++i) {
       s.segment<2>(static_cast<Eigen::Index>(2 * i)) << features_[i].get_x(), features_[i].get_y();
     }
-    const vpMatrix J = vpMatrix(now.robot.cVe()) * now.robot.eJe();
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    return task_.command(s, Eigen::Map<const RowMajor>(J.data, J.getRows(), J.getCols()), gain_);
+    return task_.command(s, cameraJacobian(now.robot), gain_);
   }
 
  private:
@@ -188,9 +188,7 @@ class RegulationLaw : public ControlLaw {
     const Twist twist = regulation_.command(target_.observer().cMo(now.odometry, now.time_s));
     Vector6d v;
     v << twist.linear, twist.angular;
-    const vpMatrix cVe_eJe = vpMatrix(now.robot.cVe()) * now.robot.eJe();
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    const Eigen::Map<const RowMajor> J(cVe_eJe.data, cVe_eJe.getRows(), cVe_eJe.getCols());
+    const Eigen::MatrixXd J = cameraJacobian(now.robot);
     return (J.transpose() * J).ldlt().solve(J.transpose() * v);
   }
   std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "features/pointInteraction.h"
+#include "robots/cameraJacobian.h"
 
 namespace depthservo {
 namespace {
@@ -16,13 +15,6 @@ constexpr double kTurns_Hz = 0.5;
 
 /// Share of the speed that the null space must have to be used.
 constexpr double kEnough = 0.5;
-
-/// Twist of the camera by unit velocities of the robot, 6 x n.
-Eigen::MatrixXd cameraJacobian(const CameraRobot& robot) {
-  const vpMatrix J = vpMatrix(robot.cVe()) * robot.eJe();
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  return Eigen::Map<const RowMajor>(J.data, J.getRows(), J.getCols());
-}
 
 }  // namespace
 
@@ -66,10 +58,7 @@ Eigen::VectorXd ExcitingLaw::excitation(const ControlInput& now, double dt) {
   double largestChi = 0;
   for (std::size_t i = 0; i < features_.size(); ++i) {
     const DepthEstimate& e = features_[i].estimate();
-    const double x = e.x, y = e.y;
-    task.middleRows<2>(static_cast<Eigen::Index>(2 * i)) << -e.chi, 0, x * e.chi, x * y, -1 - x * x,
-        y,  //
-        0, -e.chi, y * e.chi, 1 + y * y, -x * y, -x;
+    task.middleRows<2>(static_cast<Eigen::Index>(2 * i)) = pointInteraction({e.x, e.y, e.chi});
     largestChi = std::max(largestChi, e.chi + 2 * e.sigma_chi);
   }
   const Eigen::MatrixXd byVelocity = task * J;

@@ -31,8 +31,8 @@ constexpr double kDisagreement = 0.05, kSettledSigma = 0.02;
 
 double square(double a) { return a * a; }
 
-CentredPixel centred(const PinholeCamera& camera, const FeatureRecord& feature, double sigma_px) {
-  return {feature.u - camera.cx, (feature.v - camera.cy) * camera.fx / camera.fy, sigma_px};
+CentredPixel centred(const PinholeCamera& camera, const FeatureRecord& feature) {
+  return {feature.u - camera.cx, (feature.v - camera.cy) * camera.fx / camera.fy, feature.sigma_px};
 }
 
 bool isKnown(const Twist& twist) { return !twist.linear.isZero(0) || !twist.angular.isZero(0); }
@@ -81,7 +81,7 @@ double radius_px(const RunLog& log) {
   for (const FrameRecord& frame : log.frames) {
     for (const FeatureRecord& feature : frame.features) {
       if (!feature.measured) continue;
-      const CentredPixel y = centred(log.camera, feature, 0);
+      const CentredPixel y = centred(log.camera, feature);
       sum += square(y.y1) + square(y.y2);
       ++count;
     }
@@ -98,8 +98,7 @@ FocalGains designed(const RunLog& log, const Motions& motions) {
 /// The observers of all points.
 class Observers {
  public:
-  Observers(const PinholeCamera& camera, const FocalGains& gains, double sigma_px)
-      : camera_(camera), sigma_px_(sigma_px) {
+  Observers(const PinholeCamera& camera, const FocalGains& gains) : camera_(camera) {
     options_.gains = gains;
   }
 
@@ -110,7 +109,7 @@ class Observers {
     for (const FeatureRecord& feature : frame.features) {
       const auto [found, isNew] = observers_.try_emplace(feature.id, options_);
       Observed& o = found->second;
-      const CentredPixel y = centred(camera_, feature, sigma_px_);
+      const CentredPixel y = centred(camera_, feature);
       const bool isStarted = o.observer.estimate().status != DepthStatus::unset;
       if (isMotionKnown) o.observer.predict(motion);
       o.hasGap = o.hasGap || !isMotionKnown;
@@ -159,7 +158,6 @@ class Observers {
   };
 
   PinholeCamera camera_;
-  double sigma_px_;
   FocalObserverOptions options_;
   Excitation excitation_;
   std::map<int, Observed> observers_;
@@ -219,37 +217,28 @@ Figure figureOf(const FocalReplay& replay) {
   figure.caption =
       "Focal length as each point tells it (the first six), against that of the camera file "
       "(dashed), and how much the motion tells.";
-  const auto panel = [](const char* title, const char* yLabel) {
-    Panel p;
-    p.title = title;
-    p.xLabel = "time [s]";
-    p.yLabel = yLabel;
-    return p;
-  };
   const int first = replay.points.front().id;
-  Panel focal = panel("focal length", "lambda [px]");
-  Panel eta = panel("", "eta [px rad/s]"), sigma = panel("", "sigma_min [rad^2/s]");
-  eta.title = fmt::format("eta1 and eta2 of point {}: nothing is learnt while one stays 0", first);
-  sigma.title = fmt::format("least singular value, point {}, last second", first);
+  Panel focal = Panel::labelled("focal length", "time [s]", "lambda [px]");
+  Panel eta = Panel::labelled(
+      fmt::format("eta1 and eta2 of point {}: nothing is learnt while one stays 0", first),
+      "time [s]", "eta [px rad/s]");
+  Panel sigma = Panel::labelled(fmt::format("least singular value, point {}, last second", first),
+                                "time [s]", "sigma_min [rad^2/s]");
   constexpr std::size_t kMostCurves = 6;
   const double start_s = replay.records.front().time_s;
-  Curve eta1, eta2, sigma_min;
-  eta1.title = "eta1";
-  eta2.title = "eta2";
+  Curve eta1 = Curve::named("eta1"), eta2 = Curve::named("eta2"), sigma_min;
   double highest_px = std::abs(replay.camera.fx);
   for (std::size_t i = 0; i < std::min(replay.points.size(), kMostCurves); ++i) {
-    Curve lambda;
-    lambda.title = fmt::format("point {}", replay.points[i].id);
+    Curve lambda = Curve::named(fmt::format("point {}", replay.points[i].id));
     for (const FocalRecord& r : replay.records) {
       if (r.id != replay.points[i].id) continue;
-      lambda.x.push_back(r.time_s - start_s);
-      lambda.y.push_back(r.estimate.focal_px);
+      const double t = r.time_s - start_s;
+      lambda.add(t, r.estimate.focal_px);
       highest_px = std::max(highest_px, r.estimate.focal_px);
       if (i > 0) continue;
-      for (Curve* c : {&eta1, &eta2, &sigma_min}) c->x.push_back(r.time_s - start_s);
-      eta1.y.push_back(r.estimate.eta1);
-      eta2.y.push_back(r.estimate.eta2);
-      sigma_min.y.push_back(r.estimate.sigma_min);
+      eta1.add(t, r.estimate.eta1);
+      eta2.add(t, r.estimate.eta2);
+      sigma_min.add(t, r.estimate.sigma_min);
     }
     focal.curves.push_back(std::move(lambda));
   }
@@ -257,13 +246,7 @@ Figure figureOf(const FocalReplay& replay) {
   sigma.curves = {sigma_min};
   const double nominal_px = std::abs(replay.camera.fx);
   focal.yRange = {0, 1.35 * std::min(highest_px, 3 * nominal_px)};
-  Curve nominal;
-  nominal.title = "camera file";
-  nominal.x = {0, replay.duration_s};
-  nominal.y = {nominal_px, nominal_px};
-  nominal.style = Curve::Style::dashed;
-  nominal.colour = Curve::kBlack;
-  focal.curves.push_back(nominal);
+  focal.curves.push_back(Curve::level(nominal_px, 0, replay.duration_s, "camera file"));
   figure.panels = {focal, eta, sigma};
   return figure;
 }
@@ -349,7 +332,7 @@ FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& opti
   result.lever_m = motions.lever_m;
   result.Z = options.Z;
   result.gains = options.gains.value_or(designed(log, motions));
-  Observers observers(log.camera, result.gains, options.replay.pixelNoise_px);
+  Observers observers(log.camera, result.gains);
   for (std::size_t k = 0; k < log.frames.size(); ++k) {
     const FrameRecord& frame = log.frames[k];
     const bool isMotionKnown = k > 0 && isKnown(frame.twist);

@@ -6,6 +6,7 @@
 
 #include "servo/Stopwatch.h"
 #include "servo/expectedPoints.h"
+#include "servo/featureRecord.h"
 
 namespace depthservo {
 namespace {
@@ -29,11 +30,7 @@ ImageObserver::ImageObserver(Parts parts)
                        parts_.pixelNoise_px / parts_.camera.focal_px(), parts_.prior,
                        parts_.estimator.depth.range(), jointStatesOf(*estimator_));
   }
-  if (parts_.tags) {
-    const bool isOwn = parts_.takesTrackersNoise;
-    tags_.emplace(*parts_.tags, parts_.camera,
-                  isOwn ? std::nullopt : std::optional(parts_.pixelNoise_px));
-  }
+  if (parts_.tags) tags_.emplace(*parts_.tags, parts_.camera);
   for (const int id : parts_.ids) estimator_->setPrior(id, parts_.prior);
 }
 
@@ -67,19 +64,15 @@ FrameRecord ImageObserver::observe(const Input& input) {
 
   FrameRecord record;
   record.time_s = input.time_s;
+  const std::vector<TrackedPoint> nothing;
   for (const int id : parts_.ids) {
     DepthEstimate estimate = estimator_->estimate(id);
     if (estimate.status == DepthStatus::unset) continue;
     if (diagnosis_) estimate = diagnosis_->honest(estimate);
     if (!isUsed && estimate.status != DepthStatus::lost) estimate.status = DepthStatus::coasting;
-    const auto point = std::find_if(points.begin(), points.end(),
-                                    [id](const TrackedPoint& p) { return p.id == id; });
-    const bool isMeasured = isUsed && point != points.end();
-    const Eigen::Vector2d pixel = isMeasured ? Eigen::Vector2d(point->u, point->v)
-                                             : parts_.camera.toPixel(estimate.x, estimate.y);
-    FeatureRecord feature{id, pixel.x(), pixel.y(), isMeasured, estimate};
+    FeatureRecord feature = featureRecord(id, estimate, isUsed ? points : nothing, parts_.camera,
+                                          diagnosis_ ? &*diagnosis_ : nullptr);
     feature.Z_true = trueDepth(input, feature, pose);
-    if (diagnosis_) feature.frames_to_5pct = diagnosis_->framesTo5Percent(estimate);
     record.features.push_back(feature);
   }
   const auto [motion, known] = odometry_.motion(lastTime_s_, input.time_s);
@@ -104,13 +97,18 @@ void ImageObserver::addOdometry(const OdometryRow& row) {
   used_.push_back(row);
 }
 
+/// Points with the noise that the estimator is told.
 std::vector<TrackedPoint> ImageObserver::track(const Input& input) {
-  if (parts_.tracker) {
-    return parts_.tracker->track(*input.image, expectedPoints(*estimator_, parts_.ids, odometry_,
-                                                              input.time_s, parts_.camera));
-  }
   std::vector<TrackedPoint> points;
-  for (const PixelPoint& point : *input.tracks) points.push_back({point.id, point.u, point.v, 0});
+  if (parts_.tracker) {
+    points = parts_.tracker->track(*input.image, expectedPoints(*estimator_, parts_.ids, odometry_,
+                                                                input.time_s, parts_.camera));
+  } else {
+    for (const PixelPoint& point : *input.tracks) points.push_back({point.id, point.u, point.v});
+  }
+  if (!parts_.takesTrackersNoise) {
+    for (TrackedPoint& point : points) point.sigma_px = parts_.pixelNoise_px;
+  }
   return points;
 }
 
@@ -134,8 +132,7 @@ void ImageObserver::correct(double time_s, const std::vector<TrackedPoint>& poin
   observations_.clear();
   for (const TrackedPoint& point : points) {
     const Eigen::Vector2d s = parts_.camera.normalise(point.u, point.v);
-    const double sigma_px = parts_.takesTrackersNoise ? point.sigma_px : parts_.pixelNoise_px;
-    const double sigma = sigma_px / parts_.camera.focal_px(s.x(), s.y());
+    const double sigma = point.sigma_px / parts_.camera.focal_px(s.x(), s.y());
     observations_.push_back({point.id, {s.x(), s.y(), sigma}});
   }
   estimator_->correct(observations_);

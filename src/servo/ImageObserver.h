@@ -26,10 +26,6 @@
 
 namespace depthservo {
 
-/// Unless declared otherwise, the observer takes odometry for exact and the filters have their own
-/// default.
-OdometryNoise noiseOf(const ReplayOptions& options);
-
 /// What replay and live have in common: image by image, points are found and their depths observed
 /// with the odometry at hand.
 class ImageObserver {

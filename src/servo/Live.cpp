@@ -4,10 +4,9 @@
 
 #include <chrono>
 #include <cmath>
-#include <memory>
-#include <nlohmann/json.hpp>
 
 #include "servo/ImageObserver.h"
+#include "servo/ObservationSetup.h"
 #include "servo/makeTracker.h"
 
 namespace depthservo {
@@ -19,42 +18,9 @@ constexpr std::size_t kOdometryRows = 16384;
 constexpr std::size_t kFramesWithoutLog = 600;
 constexpr std::size_t kMostFaultsTold = 20;
 
-ImageObserver::Parts partsOf(const LiveOptions& options, ReplayTracker tracker,
-                             bool followsTarget) {
-  const ReplayOptions& o = options.observation;
-  ImageObserver::Parts parts;
-  parts.camera = options.camera;
-  parts.pixelNoise_px = o.pixelNoise_px;
-  parts.prior = DepthPrior{o.depth.initial};
-  if (o.priorSigma_Z) parts.prior.sigma_chi = *o.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
-  parts.estimator = {o.depth, noiseOf(o), o.odometryScaleSigma, options.target.target};
-  parts.declaredNoise = o.odometryNoise.value_or(OdometryNoise());
-  if (options.rate > 0) parts.estimator.frameRate = options.rate;
-  parts.estimator.sigma = o.pixelNoise_px / options.camera.focal_px();
-  putTracker(parts, options.target, tracker, o);
-  if (followsTarget) parts.followed = options.target.target;
-  parts.odometryCapacity = kOdometryRows;
-  return parts;
-}
-
-std::string configurationOf(const LiveOptions& options, ReplayTracker tracker, bool followsTarget) {
-  const ReplayOptions& o = options.observation;
-  nlohmann::ordered_json json{{"tracker", nameOf(tracker)},
-                              {"motion", followsTarget ? "target" : "twist"},
-                              {"estimator", toString(o.depth.estimator)},
-                              {"prior_Z", o.depth.initial},
-                              {"prior_sigma_Z", nullptr},
-                              {"pixel_noise", nullptr},
-                              {"odometry_noise", nullptr},
-                              {"odometry_scale_sigma", o.odometryScaleSigma},
-                              {"Z_min", o.depth.Z_min},
-                              {"Z_max", o.depth.Z_max}};
-  if (o.isPixelNoiseGiven || !measuresNoise(tracker)) json["pixel_noise"] = o.pixelNoise_px;
-  if (o.priorSigma_Z) json["prior_sigma_Z"] = *o.priorSigma_Z;
-  if (const auto& noise = o.odometryNoise) {
-    json["odometry_noise"] = {noise->sigma_v, noise->sigma_w};
-  }
-  return json.dump();
+ObservedSource sourceOf(const LiveOptions& options) {
+  return {options.name,   options.targetFile, options.camera,
+          options.target, options.rate,       options.rate};
 }
 
 /// Hands twists to the observer as they come, and tells what is wrong with them.
@@ -111,19 +77,22 @@ class TwistFeed {
 }  // namespace
 
 Live::Live(const LiveOptions& options, ImageSource& images, TwistStream* twists)
-    : options_(options),
-      images_(images),
-      twists_(twists),
-      tracker_(chooseTracker(options.target, options.observation.tracker, options.name)) {
+    : options_(options), images_(images), twists_(twists) {
+  ReplayOptions& observation = options_.observation;
+  observation.tracker = chooseTracker(options.target, observation.tracker, options.name);
+  observation.motion = twists ? ReplayMotion::twist : ReplayMotion::target;
   if (!twists && options.target.target.points.size() < 4) {
     throw InputError({options.name, 0, ""},
                      "the camera's motion is unknown: needs a stream of twists, or a target of at "
                      "least four points or of AprilTags with their size");
   }
+  setupOf(sourceOf(options_), observation);
 }
 
 RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
-  ImageObserver observer(partsOf(options_, tracker_, !twists_));
+  ImageObserver::Parts parts = partsOf(sourceOf(options_), options_.observation);
+  parts.odometryCapacity = kOdometryRows;
+  ImageObserver observer(std::move(parts));
   std::optional<TwistFeed> feed;
   if (twists_) feed.emplace(*twists_, options_.patience_s, images_.isLive());
 
@@ -131,7 +100,7 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
   log.command = "live";
   log.name = options_.name;
   log.camera = options_.camera;
-  log.configuration = configurationOf(options_, tracker_, !twists_);
+  log.configuration = configurationOf(options_.observation);
   TimedImage image;
   double first_s = kUnknown, last_s = kUnknown;
   const auto keep = [&](const char* stem) {

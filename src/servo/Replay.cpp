@@ -3,14 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
-#include <nlohmann/json.hpp>
 #include <set>
 
-#include "depthservo/tracking/KnownTargetEstimator.h"
 #include "servo/ImageObserver.h"
+#include "servo/ObservationSetup.h"
 #include "servo/Stopwatch.h"
-#include "servo/makeEstimator.h"
 #include "servo/makeTracker.h"
 #include "servo/unexcited.h"
 
@@ -20,9 +17,6 @@ using namespace VISP_NAMESPACE_NAME;
 
 namespace depthservo {
 namespace {
-
-/// Of a sequence with one image [Hz].
-constexpr double kUsualRate = 30;
 
 [[noreturn]] void refuse(const Sequence& sequence, const std::string& message) {
   throw InputError({sequence.folder(), 0, ""}, message);
@@ -65,62 +59,26 @@ std::vector<int> idsOfTracks(const Sequence& sequence) {
   return {ids.begin(), ids.end()};
 }
 
-}  // namespace
-
-OdometryNoise noiseOf(const ReplayOptions& options) {
-  if (options.odometryNoise) return *options.odometryNoise;
-  return options.depth.estimator == EstimatorKind::nonlinear ? OdometryNoise::none()
-                                                             : OdometryNoise();
+ReplayOptions chosen(const Sequence& sequence, ReplayOptions options) {
+  options.tracker = chooseTracker(sequence, options.tracker);
+  options.motion = chooseMotion(sequence, options.motion);
+  return options;
 }
-
-namespace {
-
-/// Images per second, by the median of their distances [Hz].
-double frameRate(const Sequence& sequence) {
-  std::vector<double> periods;
-  for (std::size_t k = 1; k < sequence.frames().size(); ++k) {
-    periods.push_back(sequence.frames()[k].time_s - sequence.frames()[k - 1].time_s);
-  }
-  if (periods.empty()) return kUsualRate;
-  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return 1 / *middle;
-}
-
-}  // namespace
-
-EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options) {
-  EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
-                       sequence.target()};
-  setup.frameRate = frameRate(sequence);
-  setup.focalSigma = options.focalSigma;
-  setup.sigma = options.pixelNoise_px / sequence.camera().focal_px();
-  if (setup.depth.estimator == EstimatorKind::pose) {
-    if (const auto why = whyNoTarget(setup.target.points)) {
-      refuse(sequence, fmt::format("the estimator 'pose' needs a known target: {}; give "
-                                   "'target: {{type: dots, points: [...]}}' in sequence.yaml",
-                                   *why));
-    }
-  }
-  return setup;
-}
-
-namespace {
 
 /// One replay under way.
 class Replayer {
  public:
   Replayer(const Sequence& sequence, const ReplayOptions& options)
-      : sequence_(sequence),
-        trackerKind_(chooseTracker(sequence, options.tracker)),
-        motionKind_(chooseMotion(sequence, options.motion)),
-        observer_(parts(options)) {
-    if (motionKind_ == ReplayMotion::twist) offer(sequence.odometry());
-    if (motionKind_ == ReplayMotion::groundtruth) {
+      : sequence_(sequence), options_(chosen(sequence, options)), observer_(parts()) {
+    if (options_.motion == ReplayMotion::twist) offer(sequence.odometry());
+    if (options_.motion == ReplayMotion::groundtruth) {
       offer(odometryFromPoses(sequence.poses()));
       gaps_ = gapsOf(sequence.poses());
     }
-    describe(options);
+    log_.command = "replay";
+    log_.name = sequence.name();
+    log_.camera = sequence.camera();
+    log_.configuration = configurationOf(options_);
   }
 
   RunLog run(const std::function<void(double)>& progress) {
@@ -136,19 +94,9 @@ class Replayer {
   }
 
  private:
-  ImageObserver::Parts parts(const ReplayOptions& options) const {
-    ImageObserver::Parts parts;
-    parts.camera = sequence_.camera();
-    parts.pixelNoise_px = options.pixelNoise_px;
-    if (trackerKind_ == ReplayTracker::tracks) parts.ids = idsOfTracks(sequence_);
-    parts.prior = DepthPrior{options.depth.initial};
-    if (options.priorSigma_Z) {
-      parts.prior.sigma_chi = *options.priorSigma_Z / (parts.prior.Z * parts.prior.Z);
-    }
-    parts.estimator = setupOf(sequence_, options);
-    parts.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
-    putTracker(parts, targetOf(sequence_), trackerKind_, options);
-    if (motionKind_ == ReplayMotion::target) parts.followed = sequence_.target();
+  ImageObserver::Parts parts() const {
+    ImageObserver::Parts parts = partsOf(ObservedSource::of(sequence_), options_);
+    if (options_.tracker == ReplayTracker::tracks) parts.ids = idsOfTracks(sequence_);
     parts.odometryCapacity = std::max(
         {sequence_.frames().size(), sequence_.odometry().size(), sequence_.poses().size()});
     return parts;
@@ -166,7 +114,7 @@ class Replayer {
     input.truth = &source.truth;
     input.isMotionKnown = isMotionKnown(source.time_s);
     vpImage<unsigned char> image;
-    if (trackerKind_ != ReplayTracker::tracks) {
+    if (options_.tracker != ReplayTracker::tracks) {
       Stopwatch watch;
       image = sequence_.readImage(k);
       imageTimes_.push_back(watch.lap());
@@ -196,45 +144,10 @@ class Replayer {
     return true;
   }
 
-  void describe(const ReplayOptions& options) {
-    log_.command = "replay";
-    log_.name = sequence_.name();
-    log_.camera = sequence_.camera();
-    nlohmann::ordered_json configuration{
-        {"tracker", nameOf(trackerKind_)},
-        {"motion", motionKind_ == ReplayMotion::twist         ? "twist"
-                   : motionKind_ == ReplayMotion::groundtruth ? "groundtruth"
-                                                              : "target"},
-        {"estimator", toString(options.depth.estimator)},
-        {"prior_Z", options.depth.initial},
-        {"prior_sigma_Z", nullptr},
-        {"pixel_noise", nullptr},
-        {"odometry_noise", nullptr},
-        {"odometry_scale_sigma", options.odometryScaleSigma},
-        {"focal_sigma", options.focalSigma},
-        {"Z_min", options.depth.Z_min},
-        {"Z_max", options.depth.Z_max}};
-    if (options.isPixelNoiseGiven || !measuresNoise(trackerKind_)) {
-      configuration["pixel_noise"] = options.pixelNoise_px;
-    }
-    if (options.priorSigma_Z) configuration["prior_sigma_Z"] = *options.priorSigma_Z;
-    if (const auto& noise = options.odometryNoise) {
-      configuration["odometry_noise"] = {noise->sigma_v, noise->sigma_w};
-    }
-    if (options.depth.estimator == EstimatorKind::joint) {
-      const Scenario::Joint& joint = options.depth.joint;
-      configuration["joint"] = {{"time_offset", joint.time_offset},
-                                {"gyro_bias", joint.gyro_bias},
-                                {"focal", joint.focal}};
-    }
-    log_.configuration = configuration.dump();
-  }
-
   static constexpr double kFarFromPose_s = 0.02;  // as in associate.py
 
   const Sequence& sequence_;
-  ReplayTracker trackerKind_;
-  ReplayMotion motionKind_;
+  ReplayOptions options_;  // tracker and motion chosen
   ImageObserver observer_;
   std::vector<PoseGap> gaps_;
   const PoseGap* noted_ = nullptr;
@@ -243,6 +156,12 @@ class Replayer {
 };
 
 }  // namespace
+
+DepthPrior ReplayOptions::prior() const {
+  DepthPrior prior{depth.initial};
+  if (priorSigma_Z) prior.sigma_chi = *priorSigma_Z / (prior.Z * prior.Z);
+  return prior;
+}
 
 ReplayOptions ReplayOptions::of(const Sequence& sequence) {
   return of(sequence.replayHints(), sequence.folder() + "/sequence.yaml");

@@ -20,6 +20,7 @@
 #include "servo/TagSizeMonitor.h"
 #include "servo/World.h"
 #include "servo/expectedPoints.h"
+#include "servo/featureRecord.h"
 #include "servo/makeEstimator.h"
 #include "servo/unexcited.h"
 
@@ -163,7 +164,7 @@ ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(
   }
 
   if (scenario.target.type == TargetKind::apriltag) {
-    p.tags.emplace(scenario.target.assumedTags(), camera, scenario.sensing.assumedNoise_px());
+    p.tags.emplace(scenario.target.assumedTags(), camera);
   }
 
   for (std::size_t i = 0; i < count; ++i) {
@@ -297,15 +298,17 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
   Parts& p = *parts_;
   Stopwatch watch;
   const PointSetEstimator& estimator = p.features.estimator();
-  const std::vector<TrackedPoint>& points =
+  std::vector<TrackedPoint> points =
       p.tracker ? p.tracker->track(exposure.image, expectedPoints(estimator, p.ids, p.odometry,
                                                                   exposure.time_s, p.camera))
                 : exposure.measured;
   p.log.timings[1].second.push_back(watch.lap());
 
   p.observations.clear();
-  const double sigma = EstimatorSetup::of(p.scenario).sigma;
-  for (const TrackedPoint& point : points) {
+  const double sigma_px = p.scenario.sensing.assumedNoise_px();
+  const double sigma = sigma_px / p.camera.focal_px();
+  for (TrackedPoint& point : points) {
+    point.sigma_px = sigma_px;
     const Eigen::Vector2d s = p.camera.normalise(point.u, point.v);
     p.observations.push_back({point.id, {s.x(), s.y(), sigma}});
     p.features[static_cast<std::size_t>(point.id)].set_x(s.x());
@@ -334,22 +337,17 @@ void ServoLoop::observe(const Exposure& exposure, FrameRecord& record) {
     DepthEstimate estimate = estimator.estimate(p.ids[i]);
     if (estimate.status == DepthStatus::unset) continue;
     if (p.diagnosis) estimate = p.diagnosis->honest(estimate);
-    const auto point = std::find_if(points.begin(), points.end(), [&](const TrackedPoint& found) {
-      return found.id == p.ids[i];
-    });
-    const bool isMeasured = point != points.end();
-    const Eigen::Vector2d pixel =
-        isMeasured ? Eigen::Vector2d(point->u, point->v) : p.camera.toPixel(estimate.x, estimate.y);
+    FeatureRecord feature =
+        featureRecord(p.ids[i], estimate, points, p.camera, p.diagnosis ? &*p.diagnosis : nullptr);
     const World::TruePoint& truth = exposure.truth[i];
-    record.features.push_back(
-        {p.ids[i], pixel.x(), pixel.y(), isMeasured, estimate, truth.Z, truth.u, truth.v});
-    if (p.diagnosis) {
-      record.features.back().frames_to_5pct = p.diagnosis->framesTo5Percent(estimate);
-    }
-    if (isMeasured != p.wasMeasured[i]) {
+    feature.Z_true = truth.Z;
+    feature.u_true = truth.u;
+    feature.v_true = truth.v;
+    record.features.push_back(feature);
+    if (feature.measured != p.wasMeasured[i]) {
       note(exposure.time_s, fmt::format("{} {} {}", p.tags ? "corner" : "dot", i,
-                                        isMeasured ? "seen again" : "hidden"));
-      p.wasMeasured[i] = isMeasured;
+                                        feature.measured ? "seen again" : "hidden"));
+      p.wasMeasured[i] = feature.measured;
     }
   }
 }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "features/pointInteraction.h"
+
 namespace depthservo {
 namespace {
 
@@ -21,9 +23,8 @@ DotTarget unitTag() {
 
 }  // namespace
 
-TagSizeMonitor::TagSizeMonitor(const AprilTagTarget& target, const PinholeCamera& camera,
-                               std::optional<double> pixelNoise_px)
-    : camera_(camera), pixelNoise_px_(pixelNoise_px) {
+TagSizeMonitor::TagSizeMonitor(const AprilTagTarget& target, const PinholeCamera& camera)
+    : camera_(camera) {
   for (const AprilTagTarget::Tag& tag : target.tags) {
     tags_.push_back({TargetPose(unitTag(), camera), false, Eigen::Vector4d::Zero()});
     results_.push_back({tag.id, tag.size.value_or(kUnknown)});
@@ -51,10 +52,8 @@ bool TagSizeMonitor::findPose(Tag& tag, std::size_t index,
     const Eigen::Vector3d P = pose->cMo * unit[static_cast<std::size_t>(j)];
     const double Z = P.z(), x = P.x() / Z, y = P.y() / Z;
     tag.depths[j] = Z;
-    Eigen::Matrix<double, 2, 6> L;
-    L << -1 / Z, 0, x / Z, x * y, -(1 + x * x), y, 0, -1 / Z, y / Z, 1 + y * y, -x * y, -x;
-    const double sigma_px = pixelNoise_px_.value_or(corners[static_cast<std::size_t>(j)].sigma_px);
-    const double sigma = sigma_px / camera_.focal_px();
+    const Eigen::Matrix<double, 2, 6> L = pointInteraction({x, y, 1 / Z});
+    const double sigma = corners[static_cast<std::size_t>(j)].sigma_px / camera_.focal_px();
     information += L.transpose() * L / (sigma * sigma);
     meanDepth += (Eigen::Matrix<double, 1, 6>() << 0, 0, -1, -y * Z, x * Z, 0).finished() / 4;
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,9 +18,7 @@ namespace depthservo {
 /// wrong scale of the odometry and a wrong focal length all show as a disagreement.
 class TagSizeMonitor {
  public:
-  /// \param pixelNoise_px 1 sigma per axis of a corner; none: what the tracker says of each
-  TagSizeMonitor(const AprilTagTarget& target, const PinholeCamera& camera,
-                 std::optional<double> pixelNoise_px);
+  TagSizeMonitor(const AprilTagTarget& target, const PinholeCamera& camera);
 
   /// Compares in an image. \param points corners measured in it, ids as in AprilTagTarget \return
   /// sentences for the user, when a tag's size turns out wrong
@@ -45,7 +42,6 @@ class TagSizeMonitor {
   bool findPose(Tag& tag, std::size_t index, const std::vector<TrackedPoint>& points) const;
 
   PinholeCamera camera_;
-  std::optional<double> pixelNoise_px_;
   std::vector<Tag> tags_;
   std::vector<TagRecord> results_;
 };

@@ -8,6 +8,7 @@
 #include "depthservo/motion/Motion.h"
 #include "depthservo/sequence/SequenceWriter.h"
 #include "servo/makeRobot.h"
+#include "servo/wheels.h"
 
 namespace depthservo {
 namespace {
@@ -50,15 +51,6 @@ Eigen::Matrix3d warpBetween(const std::array<Eigen::Vector2d, 4>& from,
   Eigen::Matrix3d H;
   H << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
   return H.allFinite() ? H : Eigen::Matrix3d::Identity();
-}
-
-Eigen::Vector2d wheelSpeeds(const Eigen::Vector2d& velocity, double wheelBase) {
-  const double turn = 0.5 * velocity[1] * wheelBase;
-  return {velocity[0] - turn, velocity[0] + turn};
-}
-
-Eigen::Vector2d robotVelocity(const Eigen::Vector2d& wheelSpeeds, double wheelBase) {
-  return {0.5 * (wheelSpeeds[0] + wheelSpeeds[1]), (wheelSpeeds[1] - wheelSpeeds[0]) / wheelBase};
 }
 
 }  // namespace
@@ -107,11 +99,9 @@ Twist World::twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isom
   const Scenario::Odometry& odometry = scenario_.odometry;
   Eigen::Vector2d velocity = robot_->velocity() - disturbance_;
   if (odometry.ticks > 0) {
-    const auto counted = [&](const Eigen::Vector2d& wheels) -> Eigen::Vector2d {
-      return (wheels / odometry.ticks).array().floor() * odometry.ticks;
-    };
-    velocity =
-        robotVelocity((counted(wheels_) - counted(wheelsBefore)) / duration_s, odometry.wheel_base);
+    const Eigen::Vector2d rolled =
+        countedWay(wheels_, odometry.ticks) - countedWay(wheelsBefore, odometry.ticks);
+    velocity = robotVelocity(rolled / duration_s, odometry.wheel_base);
   }
   return robot_->cameraTwist(velocity);
 }

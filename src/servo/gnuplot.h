@@ -6,9 +6,10 @@
 
 namespace depthservo::gnuplot {
 
-/// Colour-blind safe (Okabe and Ito 2008): blue, orange, green, vermillion, purple, sky blue.
-constexpr const char* kColours[] = {"#0072B2", "#E69F00", "#009E73",
-                                    "#D55E00", "#CC79A7", "#56B4E9"};
+/// Colour-blind safe (Okabe and Ito 2008): blue, orange, green, vermillion, purple, sky blue; and
+/// grey.
+constexpr const char* kColours[] = {"#0072B2", "#E69F00", "#009E73", "#D55E00",
+                                    "#CC79A7", "#56B4E9", "#888888"};
 const char* colour(std::size_t index);  ///< cyclic
 
 /// A number as gnuplot reads it; NaN leaves a gap.

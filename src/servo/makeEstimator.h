@@ -6,7 +6,6 @@
 
 #include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/depth/PointSetEstimator.h"
-#include "depthservo/servo/Replay.h"
 #include "depthservo/servo/Scenario.h"
 
 namespace depthservo {
@@ -27,9 +26,6 @@ struct EstimatorSetup {
   /// Of a scenario, but for the coupled goal, which takes a world.
   static EstimatorSetup of(const Scenario& scenario);
 };
-
-/// As a replay asks for. \throw InputError the sequence lacks what the estimator needs
-EstimatorSetup setupOf(const Sequence& sequence, const ReplayOptions& options);
 
 /// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at
 /// this frame rate, for the target as seen from the front at the first guess of its distance.

@@ -15,11 +15,6 @@ namespace {
   throw InputError({sequence.folder(), 0, ""}, message);
 }
 
-/// Whether points and their ids are known only when they are seen.
-bool findsPoints(const SequenceTarget& seen, ReplayTracker tracker) {
-  return tracker == ReplayTracker::klt || (tracker == ReplayTracker::apriltag && !seen.tags);
-}
-
 /// The tags of the target, or all of a family with unknown sizes.
 AprilTagTarget tagsOf(const SequenceTarget& seen, const ReplayOptions& options) {
   if (seen.tags) return *seen.tags;
@@ -91,6 +86,10 @@ const char* nameOf(ReplayTracker tracker) {
 
 bool measuresNoise(ReplayTracker tracker) {
   return tracker == ReplayTracker::apriltag || tracker == ReplayTracker::klt;
+}
+
+bool findsPoints(const SequenceTarget& seen, ReplayTracker tracker) {
+  return tracker == ReplayTracker::klt || (tracker == ReplayTracker::apriltag && !seen.tags);
 }
 
 SequenceTarget targetOf(const Sequence& sequence) {

@@ -23,6 +23,9 @@ const char* nameOf(ReplayTracker tracker);
 /// Whether the tracker says of each point how accurate it is.
 bool measuresNoise(ReplayTracker tracker);
 
+/// Whether points and their ids are known only when they are seen: they are not the target's.
+bool findsPoints(const SequenceTarget& seen, ReplayTracker tracker);
+
 /// The target that a sequence names.
 SequenceTarget targetOf(const Sequence& sequence);
 

@@ -12,7 +12,7 @@ namespace {
 const std::string kFourDots = data("scenarios/unicycle-4dots.yaml");
 
 TEST(Arguments, none_names_the_subcommands) {
-  expectRefused(depthservo(""), {"run", "replay", "record"});
+  expectRefused(depthservo(""), {"run", "replay", "record", "depthservo --help"});
 }
 
 TEST(Arguments, a_misspelt_subcommand_suggests_the_nearest) {
@@ -21,6 +21,7 @@ TEST(Arguments, a_misspelt_subcommand_suggests_the_nearest) {
 
 TEST(Arguments, a_misspelt_option_suggests_the_nearest) {
   expectRefused(depthservo("run " + kFourDots + " --jsn"), {"'--jsn'", "'--json'"});
+  expectRefused(depthservo("--hlep"), {"'--hlep'", "'--help'"});
 }
 
 TEST(Arguments, help_begins_with_examples) {
@@ -94,11 +95,7 @@ TEST(Report, of_a_folder_that_is_no_run_is_refused) {
 /// A recorded sequence that each test damages.
 class BadSequence : public testing::Test {
  protected:
-  void SetUp() override {
-    ASSERT_EQ(depthservo("record " + kFourDots + " --set duration=0.3 --set expect=null " + path())
-                  .exitCode,
-              0);
-  }
+  void SetUp() override { record(kFourDots + " --set duration=0.3 --set expect=null", path()); }
   std::string path() const { return folder_ / "sequence"; }
   void replace(const std::string& file, const std::string& from, const std::string& to) const {
     std::string text = folder_.read("sequence/" + file);
@@ -119,6 +116,19 @@ class BadSequence : public testing::Test {
   }
   TemporaryFolder folder_;
 };
+
+TEST_F(BadSequence, gains_for_pixels_or_half_given_are_refused_as_in_a_scenario) {
+  const auto ask = [&](const std::string& gains) {
+    folder_.write("sequence/sequence.yaml", "dots: [[300, 200]]\nreplay: {" + gains + "}\n");
+  };
+  ask("estimator: nonlinear, k: 20, k_3: 2.0e+9");
+  expectReplayRefused({"sequence.yaml", "replay.k_3", "wrong unit"});
+  expectRefused(depthservo("compare " + path()), {"sequence.yaml", "replay.k_3", "wrong unit"});
+  ask("estimator: nonlinear, k: 20");
+  expectReplayRefused({"sequence.yaml:2", "k and k_3"});
+  ask("estimator: nonlinear, k_3: 8000");
+  expectReplayRefused({"sequence.yaml:2", "k and k_3"});
+}
 
 TEST_F(BadSequence, nan_in_twist_csv) {
   const std::string row = line("twist.csv", 3);
@@ -179,6 +189,10 @@ INSTANTIATE_TEST_SUITE_P(
                     Option{"tracker_unknown", "--tracker dust", "--tracker"},
                     Option{"no_tracks", "--tracker tracks", "tracks.csv"},
                     Option{"motion_unknown", "--motion imu", "--motion"},
+                    Option{"motion_of_corners", "--tracker klt --motion target",
+                           "--motion target needs the points of the target"},
+                    Option{"pose_of_corners", "--tracker klt --estimator pose",
+                           "'pose' needs the points of the target"},
                     Option{"estimator_unknown", "--estimator magic", "--estimator"},
                     Option{"pixel_noise_negative", "--pixel-noise -1", "--pixel-noise"},
                     Option{"odometry_noise_incomplete", "--odometry-noise 0.1", "--odometry-noise"},

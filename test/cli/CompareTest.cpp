@@ -61,7 +61,7 @@ TEST(Compare, of_the_estimator_of_the_run_shows_the_errors_of_the_run) {
 TEST(Compare, of_a_recorded_sequence_is_that_of_its_scenario) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(depthservo("record " + kQuick + " " + sequence).exitCode, 0);
+  record(kQuick, sequence);
   const std::string rest = " --json --estimators nonlinear,filter,joint --times 3";
   const auto live = depthservo("compare " + kQuick + rest).json();
   const auto recorded = depthservo("compare " + sequence + rest).json();
@@ -75,10 +75,63 @@ TEST(Compare, of_a_recorded_sequence_is_that_of_its_scenario) {
       << "the recorded points start where they were measured";
 }
 
+TEST(Compare, observes_a_sequence_as_replay_does_with_the_same_options) {
+  const TemporaryFolder folder;
+  const std::string sequence = folder / "sequence";
+  record(data("scenarios/unicycle-4dots.yaml") + " --set expect=null --set duration=1", sequence);
+  for (const std::string options :
+       {"--motion groundtruth --prior 5:1 --pixel-noise 0.4", "--motion target --tracker dots",
+        "--odometry-noise 0.01,0.002 --odometry-scale-sigma 0.05 --focal-sigma 0.02"}) {
+    SCOPED_TRACE(options);
+    const Result replay = depthservo("replay " + sequence + " --json " + options);
+    const Result comparison =
+        depthservo("compare " + sequence + " --json --estimators filter " + options);
+    ASSERT_EQ(replay.exitCode, 0) << replay.err;
+    ASSERT_EQ(comparison.exitCode, 0) << comparison.err;
+    const auto points = replay.json()["points"];
+    double errors = 0, sigmas = 0;
+    for (const auto& point : points) {
+      errors += std::pow(point["relative_error"].get<double>(), 2) / 4;
+      sigmas += std::pow(point["sigma_Z"].get<double>() / point["Z"].get<double>(), 2) / 4;
+    }
+    const auto filter = estimatorNamed(comparison.json(), "filter");
+    EXPECT_NEAR(filter["relative_error"].back(), std::sqrt(errors), 1e-9);
+    EXPECT_NEAR(filter["relative_sigma"].back(), std::sqrt(sigmas), 1e-9);
+  }
+}
+
+TEST(Compare, tells_the_estimators_the_noise_that_the_tracker_measures) {
+  const TemporaryFolder folder;
+  const std::string sequence = folder / "sequence";
+  record(data("scenarios/unicycle-apriltag.yaml") + " --set expect=null --set duration=1",
+         sequence);
+  folder.write("sequence/sequence.yaml",
+               "target: {type: apriltag, family: 36h11, tags: [{id: 7, size: 0.2}]}\n");
+  const auto measured = depthservo("compare " + sequence + " --json --estimators filter").json();
+  EXPECT_TRUE(measured["pixel_noise"].is_null()) << measured["pixel_noise"];
+  const auto vague =
+      depthservo("compare " + sequence + " --json --estimators filter --pixel-noise 2").json();
+  EXPECT_EQ(vague["pixel_noise"], 2);
+  EXPECT_GT(estimatorNamed(vague, "filter")["relative_sigma"].back(),
+            5 * estimatorNamed(measured, "filter")["relative_sigma"].back().get<double>());
+}
+
+TEST(Compare, of_natural_corners_leaves_out_the_estimator_that_needs_the_target) {
+  const TemporaryFolder folder;
+  const std::string sequence = folder / "sequence";
+  record(data("scenarios/unicycle-4dots.yaml") + " --set expect=null --set duration=0.3", sequence);
+  const auto dots = depthservo("compare " + sequence + " --json").json();
+  EXPECT_FALSE(estimatorNamed(dots, "pose").is_null());
+  const Result corners = depthservo("compare " + sequence + " --tracker klt --json");
+  ASSERT_EQ(corners.exitCode, 0) << corners.err;
+  EXPECT_TRUE(estimatorNamed(corners.json(), "pose").is_null());
+  EXPECT_FALSE(estimatorNamed(corners.json(), "filter").is_null());
+}
+
 TEST(Compare, without_truth_shows_sigmas_and_differences) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(depthservo("record " + kQuick + " " + sequence).exitCode, 0);
+  record(kQuick, sequence);
   std::filesystem::remove(sequence + "/truth.csv");
   const Result result =
       depthservo("compare " + sequence + " --json --out " + (folder / "out").string());
@@ -131,6 +184,7 @@ const std::string kUnknownName = kQuick + " --estimators filter,magic";
 const std::string kTold = kQuick + " --estimators true";
 const std::string kLate = kQuick + " --times 99";
 const std::string kPrior = kQuick + " --prior 2";
+const std::string kMotion = kQuick + " --motion target";
 const std::string kNoFile = data("scenarios/none.yaml");
 const std::string kSetOnSequence = data("sequences/mire-2") + " --set seed=2";
 
@@ -140,6 +194,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Refusal{"truth_as_estimator", kTold.c_str(), "true"},
                     Refusal{"time_beyond_the_data", kLate.c_str(), "--times"},
                     Refusal{"prior_of_a_scenario", kPrior.c_str(), "--prior"},
+                    Refusal{"motion_of_a_scenario", kMotion.c_str(), "--motion"},
                     Refusal{"missing_file", kNoFile.c_str(), "none.yaml"},
                     Refusal{"override_of_a_sequence", kSetOnSequence.c_str(), "--set"}),
     [](const auto& test) { return std::string(test.param.name); });

@@ -20,10 +20,6 @@ nlohmann::json readJson(const std::string& file) {
 
 class ObserveFocal : public testing::Test {
  protected:
-  void record(const std::string& arguments) const {
-    const Result result = depthservo("record " + arguments + " " + sequence_);
-    ASSERT_EQ(result.exitCode, 0) << result.err;
-  }
   Result observe(const std::string& arguments) const {
     return depthservo("replay " + sequence_ + " --observe focal " + arguments);
   }
@@ -32,7 +28,7 @@ class ObserveFocal : public testing::Test {
 };
 
 TEST_F(ObserveFocal, finds_the_focal_length_of_a_turning_camera_with_gains_of_its_own) {
-  record(kTurning + " --set sensing.pixel_noise=0.1");
+  record(kTurning + " --set sensing.pixel_noise=0.1", sequence_);
   const Result result = observe("--pixel-noise 0.1 --json");
   ASSERT_EQ(result.exitCode, 0) << result.err;
   const auto json = result.json();
@@ -48,7 +44,7 @@ TEST_F(ObserveFocal, finds_the_focal_length_of_a_turning_camera_with_gains_of_it
 
 TEST_F(ObserveFocal,
        sees_the_lever_arm_of_the_unicycle_and_compensates_it_when_the_depth_is_known) {
-  record(kUnicycle);
+  record(kUnicycle, sequence_);
   const std::string gains = "--focal-gains 30,1500,0.01 --json";
   const auto biased = observe(gains).json();
   EXPECT_NEAR(biased["focal"], 1096 * (1 + 0.07 / 2), 1);
@@ -59,7 +55,7 @@ TEST_F(ObserveFocal,
 }
 
 TEST_F(ObserveFocal, does_not_use_the_focal_length_of_the_camera_file) {
-  record(kTurning);
+  record(kTurning, sequence_);
   const auto right = observe("--json").json();
   const std::string file = folder_ / "wrong.yaml";
   folder_.write("wrong.yaml",
@@ -71,7 +67,7 @@ TEST_F(ObserveFocal, does_not_use_the_focal_length_of_the_camera_file) {
 }
 
 TEST_F(ObserveFocal, writes_a_folder_with_a_table_a_plot_and_a_report) {
-  record(kTurning);
+  record(kTurning, sequence_);
   const std::string out = folder_ / "out";
   ASSERT_EQ(observe("--out " + out).exitCode, 0);
   const auto table = readCsv(out + "/focal.csv");
@@ -96,10 +92,8 @@ class FocalRefusal : public testing::TestWithParam<Refusal> {};
 TEST_P(FocalRefusal, says_why_in_words) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(depthservo("record " + kTurning + " --set control.profile='[{until: 5, v: " +
-                       GetParam().profile + "}]' " + sequence)
-                .exitCode,
-            0);
+  record(kTurning + " --set control.profile='[{until: 5, v: " + GetParam().profile + "}]'",
+         sequence);
   const Result result = depthservo("replay " + sequence + " --observe focal --json");
   EXPECT_EQ(result.exitCode, 2);
   EXPECT_NE(result.err.find(GetParam().because), std::string::npos) << result.err;
@@ -115,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(Motions, FocalRefusal,
                          [](const auto& test) { return test.param.name; });
 
 TEST_F(ObserveFocal, refuses_what_it_cannot_use) {
-  record(kTurning);
+  record(kTurning, sequence_);
   for (const char* arguments :
        {"--motion target", "--baseline x.json", "--focal-gains 1,2", "--focal-gains 1,2,-3"}) {
     const Result result = observe(arguments);
@@ -142,11 +136,9 @@ TEST_P(UnexcitedDepth, is_explained_in_json_in_the_log_and_on_the_terminal) {
   EXPECT_EQ(point["unexcited_because"], GetParam().because);
   EXPECT_GT(point["unexcited_s"], 3);
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(
-      depthservo("record " + data("scenarios/deluca2008/depth.yaml") +
-                 " --set control.profile='[{until: 4, v: " + GetParam().profile + "}]' " + sequence)
-          .exitCode,
-      0);
+  record(data("scenarios/deluca2008/depth.yaml") +
+             " --set control.profile='[{until: 4, v: " + GetParam().profile + "}]'",
+         sequence);
   const Result replayed = depthservo("replay " + sequence + " --out " + replayedOut);
   EXPECT_NE(replayed.err.find(GetParam().because), std::string::npos) << replayed.err;
   for (const std::string& run : std::vector<std::string>{out, replayedOut}) {

@@ -12,9 +12,7 @@ namespace {
 class MovingPlate : public testing::Test {
  protected:
   void SetUp() override {
-    const Result recorded = depthservo("record " + data("scenarios/moving-target.yaml") +
-                                       " --set duration=3 --set expect=null " + sequence_);
-    ASSERT_EQ(recorded.exitCode, 0) << recorded.err;
+    record(data("scenarios/moving-target.yaml") + " --set duration=3 --set expect=null", sequence_);
   }
   TemporaryFolder folder_;
   std::string sequence_ = folder_ / "sequence";
@@ -50,10 +48,8 @@ TEST_F(MovingPlate, takes_a_gain) {
 TEST(KnownTarget, is_asked_for_when_a_sequence_has_none) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
-                       " --set sensing.source=geometry --set duration=1 " + sequence)
-                .exitCode,
-            0);
+  record(data("scenarios/unicycle-4dots.yaml") + " --set sensing.source=geometry --set duration=1",
+         sequence);
   folder.write("sequence/sequence.yaml", "name: no-target\n");
   const Result result = depthservo("replay " + sequence + " --estimator pose");
   EXPECT_EQ(result.exitCode, 2);

@@ -1,9 +1,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-
-#include <cstdlib>
 #include <sys/stat.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -21,27 +20,30 @@ namespace fs = std::filesystem;
 class LiveOfRecording : public testing::Test {
  protected:
   void SetUp() override {
-    ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
-                         " --set duration=2 --set expect=null " + sequence_)
-                  .exitCode,
-              0);
+    record(data("scenarios/unicycle-4dots.yaml") + " --set duration=2 --set expect=null",
+           sequence_);
     series_ = sequence_ + "/rgb/%06d.png";
     fifo_ = folder_ / "twists";
     ASSERT_EQ(mkfifo(fifo_.c_str(), 0600), 0);
   }
 
-  std::string replayed(const std::string& more = "") const {
-    const std::string out = folder_ / "replayed";
-    EXPECT_EQ(depthservo("replay " + sequence_ + " " + more + " --out " + out).exitCode, 0);
-    return out;
+  /// The run folder is that of a replay with these options.
+  void expectReplayed(const std::string& options = "") const {
+    const std::string replayed = folder_ / "replayed";
+    const Result replay = depthservo("replay " + sequence_ + " " + options + " --out " + replayed);
+    ASSERT_EQ(replay.exitCode, 0) << replay.err;
+    expectSameEstimates(replayed, out(), 1e-9);
+    EXPECT_EQ(log()["configuration"],
+              nlohmann::json::parse(folder_.read("replayed/run.json"))["configuration"]);
   }
 
-  /// \param before a shell command that runs meanwhile
-  Result live(const std::string& source, const std::string& more,
-              const std::string& before = "") const {
+  /// \param meanwhile a shell command that runs beside it \param launcher runs what stands behind
+  /// it
+  Result live(const std::string& source, const std::string& more, const std::string& meanwhile = "",
+              const std::string& launcher = "") const {
     return depthservo("live --source '" + source + "' --fps 30 --no-window --camera " + sequence_ +
                           "/camera.yaml --target " + sequence_ + "/sequence.yaml " + more,
-                      before.empty() ? "" : "(" + before + ") & ");
+                      (meanwhile.empty() ? "" : "(" + meanwhile + ") & ") + launcher);
   }
   std::string out() const { return folder_ / "out"; }
   std::string twistFile() const { return sequence_ + "/twist.csv"; }
@@ -55,7 +57,7 @@ TEST_F(LiveOfRecording, as_image_files_gives_the_estimates_of_replay) {
   const Result result = live(series_, "--twist " + twistFile() + " --out " + out());
   ASSERT_EQ(result.exitCode, 0) << result.err;
   EXPECT_NE(result.err.find("end of the file"), std::string::npos) << result.err;
-  expectSameEstimates(replayed(), out(), 1e-9);
+  expectReplayed();
   for (const char* file : {"run.json", "features.csv", "frames.csv", "report.html", "first.png"}) {
     EXPECT_TRUE(fs::exists(out() + "/" + file)) << file;
   }
@@ -74,27 +76,36 @@ TEST_F(LiveOfRecording, as_lossless_video_gives_the_estimates_of_replay) {
                                    "/camera.yaml --target " + sequence_ +
                                    "/sequence.yaml --twist " + twistFile() + " --out " + out());
   ASSERT_EQ(result.exitCode, 0) << result.err;
-  expectSameEstimates(replayed(), out(), 1e-9);
+  expectReplayed();
 }
 
 TEST_F(LiveOfRecording, with_twists_from_a_pipe_gives_the_estimates_of_replay) {
   const Result result =
       live(series_, "--twist " + fifo_ + " --out " + out(), "cat " + twistFile() + " > " + fifo_);
   ASSERT_EQ(result.exitCode, 0) << result.err;
-  expectSameEstimates(replayed(), out(), 1e-9);
+  expectReplayed();
 }
 
 TEST_F(LiveOfRecording, with_times_from_a_table_gives_the_estimates_of_replay) {
   const Result result = live(series_, "--times " + sequence_ + "/rgb.txt --start 99 --twist " +
                                           twistFile() + " --out " + out());
   ASSERT_EQ(result.exitCode, 0) << result.err;
-  expectSameEstimates(replayed(), out(), 1e-9);
+  expectReplayed();
 }
 
 TEST_F(LiveOfRecording, follows_a_known_target_as_replay_does) {
   const Result result = live(series_, "--motion target --out " + out());
   ASSERT_EQ(result.exitCode, 0) << result.err;
-  expectSameEstimates(replayed("--motion target"), out(), 1e-9);
+  expectReplayed("--motion target");
+}
+
+TEST_F(LiveOfRecording, believes_what_replay_is_told_about_the_sensors) {
+  const std::string told =
+      "--joint time-offset,focal --focal-sigma 0.05 --prior 6:2 --pixel-noise 0.3 "
+      "--odometry-noise 0.01,0.002 --odometry-scale-sigma 0.02";
+  const Result result = live(series_, "--twist " + twistFile() + " --out " + out() + " " + told);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  expectReplayed(told);
 }
 
 TEST_F(LiveOfRecording, does_not_hang_on_a_pipe_that_nobody_writes_to) {
@@ -121,7 +132,7 @@ TEST_F(LiveOfRecording, counts_what_is_wrong_with_the_twists_and_uses_the_rest) 
            "(head -n 10 " + twistFile() + "; echo rubbish; echo 0.1,nan,0,0,0,0,0; tail -n +11 " +
                twistFile() + "; echo 0,0,0,0,0,0,0; printf 99,0,0) > " + fifo_);
   ASSERT_EQ(result.exitCode, 0) << result.err;
-  expectSameEstimates(replayed(), out(), 1e-9);
+  expectReplayed();
   const std::string reason = result.json()["reason"];
   EXPECT_NE(reason.find("2 malformed"), std::string::npos) << reason;
   EXPECT_NE(log()["events"].dump().find("rubbish"), std::string::npos) << log()["events"];
@@ -145,12 +156,11 @@ TEST_F(LiveOfRecording, ends_at_the_last_whole_image_of_a_cut_video) {
 }
 
 TEST_F(LiveOfRecording, keeps_its_log_when_it_is_interrupted) {
-  // The pipe is silent and patience long: the first image waits.
-  const Result result =
-      depthservo("live --source '" + series_ + "' --fps 30 --no-window --patience 60 --camera " +
-                     sequence_ + "/camera.yaml --target " + sequence_ + "/sequence.yaml --twist " +
-                     fifo_ + " --out " + out(),
-                 "timeout --preserve-status -s INT 1");
+  // The pipe is silent and patience long: the first image waits. It opens when the tool reads it.
+  const std::string id = folder_ / "id";
+  const Result result = live(series_, "--patience 60 --twist " + fifo_ + " --out " + out(),
+                             "exec 3> " + fifo_ + "; sleep 1; kill -INT $(cat " + id + ")",
+                             "sh -c 'echo $$ > " + id + R"(; exec "$0" "$@"' )");
   EXPECT_EQ(result.exitCode, 0) << result.err;
   EXPECT_NE(result.err.find("stopped by the user"), std::string::npos) << result.err;
   EXPECT_TRUE(fs::exists(out() + "/report.html"));
@@ -172,7 +182,8 @@ TEST_F(LiveOfRecording, without_a_display_says_so_and_goes_on) {
 }
 
 TEST_F(LiveOfRecording, refuses_what_cannot_be_used_in_one_line) {
-  // Under the sanitizers: whole stacks, so that leaks of OpenCV's camera libraries are known as such.
+  // Under the sanitizers: whole stacks, so that leaks of OpenCV's camera libraries are known as
+  // such.
   setenv("ASAN_OPTIONS", "fast_unwind_on_malloc=0", 0);
   folder_.write("text.avi", "this is no video");
   folder_.write(
@@ -208,6 +219,14 @@ TEST_F(LiveOfRecording, refuses_what_cannot_be_used_in_one_line) {
   refused(source + camera + target + twist + " --motion target", {"--twist", "--motion"});
   refused(source + camera + target + " --motion sideways", {"--motion", "sideways"});
   refused(source + camera + target + twist + " --prior -1", {"--prior"});
+  refused(source + camera + twist + " --estimator pose", {"'pose'", "known target", "--target"});
+  folder_.write("dots.yaml", "dots: [[100, 100], [200, 100], [100, 200], [200, 200]]\n");
+  refused(
+      source + camera + twist + " --estimator pose --target " + (folder_ / "dots.yaml").string(),
+      {"'pose'", "four points", "dots.yaml"});
+  folder_.write("pixels.yaml", "dots: [[100, 100]]\nreplay: {k: 20, k_3: 2.0e+9}\n");
+  refused(source + camera + twist + " --target " + (folder_ / "pixels.yaml").string(),
+          {"pixels.yaml", "replay.k_3", "unit"});
   fs::create_directory(folder_ / "empty");
   refused(
       "--fps 30 --source '" + (folder_ / "empty/%d.png").string() + "'" + camera + target + twist,

@@ -18,7 +18,7 @@ TEST_P(RecordThenReplay, gives_the_estimates_of_the_run) {
   const std::string arguments = data("scenarios/unicycle-4dots-hidden.yaml") +
                                 " --set depth.initial=3 --set duration=7 " + GetParam();
   ASSERT_EQ(depthservo("run " + arguments + " --set expect=null --out " + run).exitCode, 0);
-  ASSERT_EQ(depthservo("record " + arguments + " --set expect=null " + sequence).exitCode, 0);
+  record(arguments + " --set expect=null", sequence);
   const Result result = depthservo("replay " + sequence + " --out " + replay);
   ASSERT_EQ(result.exitCode, 0) << result.err;
   expectSameEstimates(run, replay, 1e-9);
@@ -41,7 +41,7 @@ TEST(AprilTags, a_recorded_run_before_a_tag_replays_exactly_and_names_its_size) 
   const std::string arguments =
       data("scenarios/unicycle-apriltag.yaml") + " --set duration=3 --set expect=null ";
   ASSERT_EQ(depthservo("run " + arguments + "--out " + run).exitCode, 0);
-  ASSERT_EQ(depthservo("record " + arguments + sequence).exitCode, 0);
+  record(arguments, sequence);
   const Result result = depthservo("replay " + sequence + " --out " + again);
   ASSERT_EQ(result.exitCode, 0) << result.err;
   EXPECT_EQ(folder.read("run/features.csv"), folder.read("again/features.csv"));
@@ -66,10 +66,8 @@ TEST(AprilTags, a_wrong_size_is_told_on_stderr_and_in_the_result) {
 TEST(Trackers, that_need_images_are_refused_without_them) {
   const TemporaryFolder folder;
   const std::string sequence = folder / "sequence";
-  ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
-                       " --set duration=1 --set sensing.source=geometry " + sequence)
-                .exitCode,
-            0);
+  record(data("scenarios/unicycle-4dots.yaml") + " --set duration=1 --set sensing.source=geometry",
+         sequence);
   for (const char* tracker : {"klt", "apriltag"}) {
     const Result result = depthservo("replay " + sequence + " --tracker " + tracker);
     EXPECT_EQ(result.exitCode, 2);
@@ -135,10 +133,9 @@ INSTANTIATE_TEST_SUITE_P(Guesses, RealImages, testing::Values("0.4", "1.5", "3")
 class WithBaseline : public testing::Test {
  protected:
   void SetUp() override {
-    ASSERT_EQ(depthservo("record " + data("scenarios/unicycle-4dots.yaml") +
-                         " --set sensing.source=geometry --set duration=3 " + sequence_)
-                  .exitCode,
-              0);
+    record(
+        data("scenarios/unicycle-4dots.yaml") + " --set sensing.source=geometry --set duration=3",
+        sequence_);
   }
   TemporaryFolder folder_;
   std::string sequence_ = folder_ / "sequence", baseline_ = folder_ / "baseline.json";

@@ -61,8 +61,7 @@ class Recorded : public testing::Test {
   void SetUp() override { record(""); }
   void record(const std::string& settings) {
     sequence_ = folder_ / ("sequence" + std::to_string(settings.size()));
-    const Result result = depthservo("record " + kGeneral + " " + settings + " " + sequence_);
-    ASSERT_EQ(result.exitCode, 0) << result.err;
+    test::record(kGeneral + " " + settings, sequence_);
   }
   void edit(const std::string& file, const std::string& from, const std::string& to) {
     const std::string name = std::filesystem::path(sequence_).filename().string() + "/" + file;

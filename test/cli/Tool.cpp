@@ -22,6 +22,11 @@ Result depthservo(const std::string& arguments, const std::string& environment) 
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("out"), folder.read("err")};
 }
 
+void record(const std::string& arguments, const std::string& sequence) {
+  const Result result = depthservo("record " + arguments + " " + sequence);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+}
+
 void expectRefused(const Result& result, const std::vector<std::string>& words) {
   EXPECT_EQ(result.exitCode, 2) << result.err;
   EXPECT_EQ(result.out, "");

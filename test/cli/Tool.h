@@ -19,6 +19,9 @@ struct Result {
 /// it
 Result depthservo(const std::string& arguments, const std::string& environment = "");
 
+/// Records a run into a new folder. \param arguments the scenario and its settings
+void record(const std::string& arguments, const std::string& sequence);
+
 /// Path of a file in the repository's data folder.
 std::string data(const std::string& file);
 

@@ -188,6 +188,18 @@ TEST(ObjectDepthObserver, followsTheDepthOfASlantedPlateOnAverage) {
   EXPECT_NEAR(object.estimate(0).chi, (1 / .9 + 1 / 1.1) / 2, 0.005);
 }
 
+TEST(ObjectDepthObserver, depthBeyondItsRangeIsHeldAtItsEndAndNotCalledValid) {
+  for (const DepthRange& range : {DepthRange{0.1, 0.8}, DepthRange{2, 20}}) {
+    ObjectDepthObserver observer(4, {}, {std::sqrt(range.Z_min * range.Z_max)}, range);
+    Plate plate(sideways);
+    for (int i = 0; i < 90; ++i) plate.frame(observer);
+    const DepthEstimate e = observer.estimate(0);
+    EXPECT_NEAR(e.Z(), range.Z_max < 1 ? range.Z_max : range.Z_min, 1e-9);
+    EXPECT_EQ(e.status, DepthStatus::converging) << "held there, not found";
+    EXPECT_LT(e.sigma_chi, kValidRelativeSigma * e.chi) << "or the test says nothing";
+  }
+}
+
 TEST(ObjectDepthObserver, ignoresAndCountsPointsBeyondItsCapacity) {
   ObjectDepthObserver object(2);
   Plate plate(general);

@@ -3,6 +3,7 @@
 
 #include "depthservo/robots/FreeCamera.h"
 #include "depthservo/robots/OmniBase.h"
+#include "support/CameraRobots.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
 #include "support/StillPoint.h"
@@ -14,6 +15,7 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
+using test::expectViSPsTwist;
 using test::Random;
 using test::StillPoint;
 
@@ -28,17 +30,6 @@ void expectStillPoint(CameraRobot& robot, const Eigen::VectorXd& command) {
   EXPECT_MATRIX_NEAR(robot.wMc().inverse() * wP, point.cP(), 1e-9);
   EXPECT_MATRIX_NEAR((robot.wMc().linear().transpose() * robot.wMc().linear()).eval(),
                      Eigen::Matrix3d::Identity(), 1e-14);
-}
-
-/// cVe eJe q against cameraTwist(q).
-void expectViSPsTwist(const CameraRobot& robot, const Eigen::VectorXd& q) {
-  const vpMatrix J = robot.cVe() * robot.eJe();
-  const Twist twist = robot.cameraTwist(q);
-  for (unsigned row = 0; row < 6; ++row) {
-    double value = 0;
-    for (unsigned i = 0; i < q.size(); ++i) value += J[row][i] * q[i];
-    EXPECT_NEAR(value, row < 3 ? twist.linear[row] : twist.angular[row - 3], 1e-13) << row;
-  }
 }
 
 TEST(FreeCamera, movesExactlyAsTold) {

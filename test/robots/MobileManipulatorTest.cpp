@@ -1,10 +1,9 @@
 #include <gtest/gtest.h>
-#include <visp3/visual_features/vpFeaturePoint.h>
-#include <visp3/vs/vpServo.h>
 
 #include <cmath>
 
 #include "depthservo/robots/MobileManipulator.h"
+#include "support/CameraRobots.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
 
@@ -15,6 +14,7 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
+using test::errorAfterServoing;
 using test::Random;
 using State = MobileManipulator::State;
 using Vector5d = MobileManipulator::Vector5d;
@@ -118,32 +118,14 @@ TEST(MobileManipulator, viSPsMatricesGiveTheSameTwist) {
 }
 
 TEST(MobileManipulator, vpServoDrivesItsFiveInputsToTheGoalImage) {
-  const Eigen::Vector3d landmark[] = {{2, .1, .7}, {2, -.1, .7}, {2, -.1, .5}, {2, .1, .5}};
   MobileManipulator robot({{0.3, 0, 0.2}});  // w and q1' together move the camera sideways
-  const auto look = [&](vpFeaturePoint* s) {
-    for (int i = 0; i < 4; ++i) {
-      const Eigen::Vector3d p = robot.wMc().inverse() * landmark[i];
-      s[i].buildFrom(p.x() / p.z(), p.y() / p.z(), p.z());
-    }
-  };
-  vpFeaturePoint s[4], desired[4];
   robot.setState({0.6, 0.05, 0, {0, 0.9, -0.9}});
-  look(desired);
+  const Eigen::Isometry3d goal = robot.wMc();
   robot.setState({0, 0, 0.1, {0.1, 0.7, -0.8}});
-  vpServo task;
-  task.setServo(vpServo::EYEINHAND_L_cVe_eJe);
-  task.setInteractionMatrixType(vpServo::CURRENT);
-  task.setLambda(0.7);
-  task.set_cVe(robot.cVe());
-  for (int i = 0; i < 4; ++i) task.addFeature(s[i], desired[i]);
-  for (int k = 0; k < 400; ++k) {
-    look(s);
-    task.set_eJe(robot.eJe());
-    const vpColVector q = task.computeControlLaw();
-    ASSERT_EQ(q.size(), 5u);
-    robot.drive(Eigen::Map<const Vector5d>(q.data), 0.05);
-  }
-  EXPECT_LT(task.getError().frobeniusNorm(), 1e-4);
+  const double error = errorAfterServoing(
+      robot, {{{2, .1, .7}, {2, -.1, .7}, {2, -.1, .5}, {2, .1, .5}}}, goal, 400, 0.05);
+  EXPECT_EQ(robot.velocity().size(), 5);
+  EXPECT_LT(error, 1e-4);
 }
 
 TEST(MobileManipulator, limitsScaleAllFiveAndRubbishStopsIt) {

@@ -1,11 +1,10 @@
 #include <gtest/gtest.h>
-#include <visp3/visual_features/vpFeaturePoint.h>
-#include <visp3/vs/vpServo.h>
 
 #include <cmath>
 #include <limits>
 
 #include "depthservo/robots/PanUnicycle.h"
+#include "support/CameraRobots.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
 
@@ -16,6 +15,8 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
+using test::errorAfterServoing;
+using test::expectViSPsTwist;
 using test::Random;
 using State = PanUnicycle::State;
 
@@ -119,45 +120,19 @@ TEST(PanUnicycle, viSPsMatricesGiveTheSameTwist) {
   for (int i = 0; i < 50; ++i) {
     PanUnicycle robot(randomGeometry(random));
     robot.setState(randomState(random));
-    const Eigen::Vector3d q = random.vector(1);
-    const vpMatrix J = robot.cVe() * robot.eJe();
-    ASSERT_EQ(J.getRows(), 6u);
-    ASSERT_EQ(J.getCols(), 3u);
-    const Twist twist = robot.cameraTwist(q);
-    for (unsigned row = 0; row < 6; ++row) {
-      const double value = J[row][0] * q[0] + J[row][1] * q[1] + J[row][2] * q[2];
-      EXPECT_NEAR(value, row < 3 ? twist.linear[row] : twist.angular[row - 3], 1e-13) << row;
-    }
+    expectViSPsTwist(robot, random.vector(1));
   }
 }
 
 TEST(PanUnicycle, vpServoDrivesItsThreeInputsToTheGoalImage) {
-  const Eigen::Vector3d landmark[] = {{0, -.3, -.3}, {0, .3, -.3}, {0, .3, .3}, {0, -.3, .3}};
   PanUnicycle robot({});
-  const auto look = [&](vpFeaturePoint* s) {
-    for (int i = 0; i < 4; ++i) {
-      const Eigen::Vector3d p = robot.wMc().inverse() * landmark[i];
-      s[i].buildFrom(p.x() / p.z(), p.y() / p.z(), p.z());
-    }
-  };
-  vpFeaturePoint s[4], desired[4];
   robot.setState({1.2, 0, -3.14159265358979, 0});
-  look(desired);
+  const Eigen::Isometry3d goal = robot.wMc();
   robot.setState({2.2, 0.3, -3.0, 0.1});
-  vpServo task;
-  task.setServo(vpServo::EYEINHAND_L_cVe_eJe);
-  task.setInteractionMatrixType(vpServo::CURRENT);
-  task.setLambda(0.7);
-  task.set_cVe(robot.cVe());
-  for (int i = 0; i < 4; ++i) task.addFeature(s[i], desired[i]);
-  for (int k = 0; k < 300; ++k) {
-    look(s);
-    task.set_eJe(robot.eJe());
-    const vpColVector q = task.computeControlLaw();
-    ASSERT_EQ(q.size(), 3u);
-    robot.drive(Eigen::Vector3d(q[0], q[1], q[2]), 0.1);
-  }
-  EXPECT_LT(task.getError().frobeniusNorm(), 1e-4);
+  const double error = errorAfterServoing(
+      robot, {{{0, -.3, -.3}, {0, .3, -.3}, {0, .3, .3}, {0, -.3, .3}}}, goal, 300, 0.1);
+  EXPECT_EQ(robot.velocity().size(), 3);
+  EXPECT_LT(error, 1e-4);
 }
 
 TEST(PanUnicycle, limitsKeepTheDirectionOfTheCamera) {

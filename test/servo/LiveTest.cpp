@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 
 #include "depthservo/servo/Live.h"
@@ -80,6 +81,44 @@ TEST_F(LiveTest, leaves_out_an_image_whose_clock_was_set_back) {
   EXPECT_TRUE(std::any_of(log.events.begin(), log.events.end(), [](const Event& event) {
     return event.what.find("not later than the one before") != std::string::npos;
   }));
+}
+
+TEST_F(LiveTest, is_less_sure_of_its_depths_when_the_focal_length_is_not) {
+  const auto sigma_Z = [&](double focalSigma) {
+    options_.observation.focalSigma = focalSigma;
+    UnpluggedCamera camera(options_.camera, options_.target.target, 60);
+    TwistStream twists(folder_ / "twists");
+    const DepthEstimate estimate =
+        Live(options_, camera, &twists).run().frames.back().features.at(0).estimate;
+    return estimate.sigma_Z();
+  };
+  // Past a camera that only translates, Z is wrong by the share by which the focal length is.
+  const double exact = sigma_Z(0), vague = sigma_Z(0.1);
+  EXPECT_NEAR(vague, std::hypot(exact, 0.1 * 1.2), 0.02);
+}
+
+TEST_F(LiveTest, says_that_an_estimator_needs_a_known_target) {
+  UnpluggedCamera camera(options_.camera, options_.target.target, 1);
+  TwistStream twists(folder_ / "twists");
+  options_.observation.depth.estimator = EstimatorKind::pose;
+  options_.target = {};
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, &twists); }),
+                        {"'pose'", "known target", "--target"}));
+  options_.target.dots = {{0, 100, 100}, {1, 200, 100}, {2, 100, 200}, {3, 200, 200}};
+  options_.targetFile = "plate.yaml";
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, &twists); }),
+                        {"'pose'", "four points", "plate.yaml"}));
+}
+
+TEST_F(LiveTest, does_not_take_natural_corners_for_the_target) {
+  UnpluggedCamera camera(options_.camera, options_.target.target, 1);
+  TwistStream twists(folder_ / "twists");
+  options_.observation.tracker = ReplayTracker::klt;
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }),
+                        {"--motion target", "klt"}));
+  EXPECT_EQ(inputErrorOf([&] { Live(options_, camera, &twists); }), "");
+  options_.observation.depth.estimator = EstimatorKind::pose;
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, &twists); }), {"'pose'", "klt"}));
 }
 
 TEST_F(LiveTest, without_a_log_only_the_last_frames_stay_in_memory) {

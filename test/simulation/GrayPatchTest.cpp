@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "depthservo/simulation/SyntheticCamera.h"
+#include "support/Poses.h"
 
 #ifdef ENABLE_VISP_NAMESPACE
 using namespace VISP_NAMESPACE_NAME;
@@ -15,16 +16,10 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
+using test::poseAt;
 using Image = vpImage<unsigned char>;
 
 const PinholeCamera kCamera{160, 120, 150, 145, 79.5, 59.5};
-
-Eigen::Isometry3d pose(const Eigen::Vector3d& t, const Eigen::Vector3d& r = {0, 0, 0}) {
-  Eigen::Isometry3d M = Eigen::Isometry3d::Identity();
-  if (r.norm() > 0) M.linear() = Eigen::AngleAxisd(r.norm(), r.normalized()).matrix();
-  M.translation() = t;
-  return M;
-}
 
 GrayPatch plain(double width, double height, unsigned char gray) {
   return {Eigen::Isometry3d::Identity(), width, height, 1, 1, {gray}};
@@ -73,8 +68,8 @@ std::vector<Eigen::Isometry3d> randomPoses(int n) {
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < n; ++i) {
-    poses.push_back(pose({0.1 * unit(random), 0.1 * unit(random), 0.8 + 0.3 * unit(random)},
-                         {0.6 * unit(random), 0.6 * unit(random), 3 * unit(random)}));
+    poses.push_back(poseAt({0.1 * unit(random), 0.1 * unit(random), 0.8 + 0.3 * unit(random)},
+                           {0.6 * unit(random), 0.6 * unit(random), 3 * unit(random)}));
   }
   return poses;
 }
@@ -115,7 +110,7 @@ TEST(GrayPatch, edges_lie_where_they_project_to_a_hundredth_of_a_pixel) {
   const GrayPatch patch = plain(0.5, 0.3, 20);
   for (const Eigen::Vector3d& r : {Eigen::Vector3d(0, 0, 0.1), Eigen::Vector3d(0.5, 0.2, 0.2),
                                    Eigen::Vector3d(-0.3, 0.4, -0.2)}) {
-    const Eigen::Isometry3d cMo = pose({0.01, 0.02, 0.7}, r);
+    const Eigen::Isometry3d cMo = poseAt({0.01, 0.02, 0.7}, r);
     const Image image = shot({patch}, viewOf(cMo));
     const auto project = [&](double x, double y) {
       const Eigen::Vector3d p = cMo * Eigen::Vector3d(x, y, 0);
@@ -133,9 +128,9 @@ TEST(GrayPatch, edges_lie_where_they_project_to_a_hundredth_of_a_pixel) {
 
 TEST(GrayPatch, the_nearer_patch_hides_the_farther_and_depth_is_of_what_is_seen) {
   GrayPatch wall = GrayPatch::random(2, 2, 20, 20, 1), box = plain(0.1, 0.1, 240);
-  wall.oMp = pose({0, 0, 0.4}, {0.2, 0, 0});
+  wall.oMp = poseAt({0, 0, 0.4}, {0.2, 0, 0});
   const std::vector<GrayPatch> scene = {box, wall};
-  const Eigen::Isometry3d cMo = pose({0.02, 0, 0.6});
+  const Eigen::Isometry3d cMo = poseAt({0.02, 0, 0.6});
   const Image image = shot(scene, viewOf(cMo));
   const SyntheticCamera camera(kCamera, scene);
   int onBox = 0;
@@ -158,7 +153,7 @@ TEST(GrayPatch, the_nearer_patch_hides_the_farther_and_depth_is_of_what_is_seen)
 TEST(GrayPatch, is_not_seen_from_behind_nor_behind_the_camera) {
   const GrayPatch patch = plain(0.5, 0.5, 20);
   for (const Eigen::Isometry3d& cMo :
-       {pose({0, 0, 1}, {0, 3.1, 0}), pose({0, 0, -1}), pose({0, 0, 0})}) {
+       {poseAt({0, 0, 1}, {0, 3.1, 0}), poseAt({0, 0, -1}), poseAt({0, 0, 0})}) {
     const Image image = shot({patch}, viewOf(cMo));
     for (unsigned i = 0; i < image.getSize(); ++i) ASSERT_EQ(image.bitmap[i], 220);
     EXPECT_FALSE(SyntheticCamera(kCamera, {patch}).depthAt(viewOf(cMo), 80, 60).has_value());
@@ -167,7 +162,7 @@ TEST(GrayPatch, is_not_seen_from_behind_nor_behind_the_camera) {
 
 TEST(GrayPatch, cells_that_reach_behind_the_camera_are_left_out_and_the_others_drawn) {
   const GrayPatch floor = GrayPatch::random(1, 20, 2, 40, 4);
-  const Eigen::Isometry3d cMo = pose({0, 0.5, 0}, {0.01 - M_PI / 2, 0, 0});
+  const Eigen::Isometry3d cMo = poseAt({0, 0.5, 0}, {0.01 - M_PI / 2, 0, 0});
   const Image image = shot({floor}, viewOf(cMo));
   int drawn = 0;
   for (unsigned i = 0; i < image.getSize(); ++i) drawn += image.bitmap[i] != 220;
@@ -176,7 +171,7 @@ TEST(GrayPatch, cells_that_reach_behind_the_camera_are_left_out_and_the_others_d
 
 TEST(GrayPatch, moves_when_told_and_blur_keeps_its_middle) {
   const GrayPatch patch = plain(0.2, 0.2, 20);
-  SyntheticView view = viewOf(pose({0, 0, 0.7}));
+  SyntheticView view = viewOf(poseAt({0, 0, 0.7}));
   view.twist.linear = {0.3, 0, 0};
   SyntheticCameraOptions options;
   options.exposure_s = 0.05;
@@ -196,7 +191,7 @@ TEST(GrayPatch, moves_when_told_and_blur_keeps_its_middle) {
   for (unsigned u = 0; u < 160; ++u) gray += blurred[60][u] > 25 && blurred[60][u] < 215;
   EXPECT_GE(gray, 5);  // 3.2 px of blur at either edge
 
-  view.patchPoses = {pose({0.07, 0, 0})};
+  view.patchPoses = {poseAt({0.07, 0, 0})};
   EXPECT_NEAR(middle(shot({patch}, view)) - middle(sharp), 0.07 / 0.7 * kCamera.fx, 0.01);
   Eigen::Matrix3d warp = Eigen::Matrix3d::Identity();
   warp(0, 2) = 3.25;
@@ -209,7 +204,7 @@ TEST(GrayPatch, a_camera_with_negative_fy_sees_it_too) {
   PinholeCamera mirrored = kCamera;
   mirrored.fy = -kCamera.fy;
   const std::vector<GrayPatch> wall = {GrayPatch::random(0.4, 0.3, 6, 5, 2)};
-  const Eigen::Isometry3d cMo = pose({0.01, 0, 0.7}, {0.1, 0.2, 0.3});
+  const Eigen::Isometry3d cMo = poseAt({0.01, 0, 0.7}, {0.1, 0.2, 0.3});
   Image up, down;
   SyntheticCamera(kCamera, wall).render(viewOf(cMo), up);
   SyntheticCamera(mirrored, wall).render(viewOf(cMo), down);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "depthservo/simulation/SyntheticCamera.h"
+#include "support/Poses.h"
 
 #ifdef ENABLE_VISP_NAMESPACE
 using namespace VISP_NAMESPACE_NAME;
@@ -15,19 +16,12 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
+using test::poseAt;
 using Image = vpImage<unsigned char>;
 
 const PinholeCamera kCamera{640, 480, 600, 590, 319.5, 239.5};
 
 DotTarget oneDot(double radius) { return {{Eigen::Vector3d::Zero()}, radius}; }
-
-Eigen::Isometry3d pose(double x, double y, double z, double rx = 0, double ry = 0, double rz = 0) {
-  Eigen::Isometry3d cMo = Eigen::Isometry3d::Identity();
-  const Eigen::Vector3d r(rx, ry, rz);
-  if (r.norm() > 0) cMo.linear() = Eigen::AngleAxisd(r.norm(), r.normalized()).matrix();
-  cMo.translation() = Eigen::Vector3d(x, y, z);
-  return cMo;
-}
 
 std::vector<Eigen::Isometry3d> randomPoses(int n) {
   std::mt19937 random(7);
@@ -35,8 +29,8 @@ std::vector<Eigen::Isometry3d> randomPoses(int n) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < n; ++i) {
     const double z = 0.6 + 0.2 * unit(random);
-    poses.push_back(pose(0.25 * z * unit(random), 0.2 * z * unit(random), z, 0.6 * unit(random),
-                         0.6 * unit(random), 3 * unit(random)));
+    poses.push_back(poseAt({0.25 * z * unit(random), 0.2 * z * unit(random), z},
+                           {0.6 * unit(random), 0.6 * unit(random), 3 * unit(random)}));
   }
   return poses;
 }
@@ -133,7 +127,7 @@ TEST(SyntheticCamera, outline_has_the_area_and_centroid_of_the_projected_circle)
 TEST(SyntheticCamera, a_tilted_disc_is_seen_off_the_projection_of_its_centre) {
   const double t = 30 * M_PI / 180, radius = 0.014, f = kCamera.fx;
   const SyntheticCamera camera(kCamera, oneDot(radius));
-  const auto cMo = pose(0, 0, 0.6, 0, t, 0);
+  const auto cMo = poseAt({0, 0, 0.6}, {0, t, 0});
   const double off = (camera.ellipse(cMo, 0)->centre - *camera.centre(cMo, 0)).norm();
   const double r_px = f * radius / 0.6;
   EXPECT_NEAR(off, r_px * r_px / f * std::sin(t) * std::cos(t), 0.01 * off);
@@ -178,7 +172,7 @@ TEST(SyntheticCamera, tiny_dots_keep_their_light) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> shift(-0.0005, 0.0005);
     for (int i = 0; i < 50; ++i) {
-      const auto cMo = pose(shift(random), shift(random), 0.6);
+      const auto cMo = poseAt({shift(random), shift(random), 0.6});
       area +=
           blob(shot(oneDot(radius_px * 0.6 / 600), {}, {cMo, {}, {}, {}, 0}), 220, 20).area / 50;
     }
@@ -191,7 +185,7 @@ TEST(SyntheticCamera, gray_noise_is_normal_white_and_as_strong_as_asked) {
   SyntheticCameraOptions options;
   options.gray_noise = 3;
   options.background = 128;
-  const Image image = shot(oneDot(0.001), options, {pose(9, 9, 1), {}, {}, {}, 0});
+  const Image image = shot(oneDot(0.001), options, {poseAt({9, 9, 1}), {}, {}, {}, 0});
   const double n = image.getSize();
   double sum = 0, sum2 = 0, sum4 = 0, lag = 0, below = 0;
   for (unsigned i = 0; i < image.getSize(); ++i) {
@@ -212,7 +206,7 @@ TEST(SyntheticCamera, noise_depends_on_seed_and_frame_only) {
   SyntheticCameraOptions options;
   options.gray_noise = 2;
   const auto at = [&](std::uint64_t frame) {
-    return SyntheticView{pose(0, 0, 1), {}, {}, {}, frame};
+    return SyntheticView{poseAt({0, 0, 1}), {}, {}, {}, frame};
   };
   SyntheticCamera camera(kCamera, oneDot(0.02), options);
   Image first, other;
@@ -227,7 +221,7 @@ TEST(SyntheticCamera, noise_depends_on_seed_and_frame_only) {
 
 TEST(SyntheticCamera, blur_spreads_along_the_motion_and_keeps_the_centre_of_mid_exposure) {
   SyntheticCameraOptions options;
-  const auto cMo = pose(0.01, -0.02, 0.6);
+  const auto cMo = poseAt({0.01, -0.02, 0.6});
   const SyntheticView view{cMo, {{0.3, 0, 0}, {0, 0, 0}}, {}, {}, 0};
   const Blob sharp = blob(shot(oneDot(0.014), options, view), 220, 20);
   options.exposure_s = 0.02;
@@ -242,7 +236,7 @@ TEST(SyntheticCamera, blur_spreads_along_the_motion_and_keeps_the_centre_of_mid_
 TEST(SyntheticCamera, blur_follows_the_direction_of_the_twist) {
   SyntheticCameraOptions options;
   options.exposure_s = 0.1;
-  const SyntheticView view{pose(0, 0, 0.6), {{0, 0, 0}, {0, 0, 1.5}}, {}, {}, 0};
+  const SyntheticView view{poseAt({0, 0, 0.6}), {{0, 0, 0}, {0, 0, 1.5}}, {}, {}, 0};
   const DotTarget target{{{0.1, 0, 0}}, 0.01};
   const Image image = shot(target, options, view);
   // Rotation by 0.15 rad about the axis at 100 px: an arc, dark 7.5 px above and below, not left
@@ -256,7 +250,7 @@ TEST(SyntheticCamera, blur_follows_the_direction_of_the_twist) {
 TEST(SyntheticCamera, vignetting_falls_off_with_the_square_of_the_distance) {
   SyntheticCameraOptions options;
   options.vignetting = 0.4;
-  const Image image = shot(oneDot(0.001), options, {pose(9, 9, 1), {}, {}, {}, 0});
+  const Image image = shot(oneDot(0.001), options, {poseAt({9, 9, 1}), {}, {}, {}, 0});
   EXPECT_NEAR(image[0][0], 220 * 0.6, 1);
   EXPECT_NEAR(image[479][639], 220 * 0.6, 1);
   EXPECT_NEAR(image[240][320], 220, 0.5);
@@ -265,7 +259,7 @@ TEST(SyntheticCamera, vignetting_falls_off_with_the_square_of_the_distance) {
 
 TEST(SyntheticCamera, occluders_cover_everything_and_are_cut_at_the_border) {
   SyntheticCamera camera(kCamera, oneDot(0.02));
-  SyntheticView view{pose(0, 0, 0.6), {}, {}, {}, 0};
+  SyntheticView view{poseAt({0, 0, 0.6}), {}, {}, {}, 0};
   const auto hides = camera.occluderOf(view.cMo, 0);
   ASSERT_TRUE(hides);
   view.occluders = {*hides, {-10, -10, 20, 20, 7}, {630, 470, 2000000000, 2000000000, 9}};
@@ -280,7 +274,7 @@ TEST(SyntheticCamera, occluders_cover_everything_and_are_cut_at_the_border) {
 }
 
 TEST(SyntheticCamera, light_dots_on_a_dark_plate_are_the_negative) {
-  const SyntheticView view{pose(0.02, 0.01, 0.5, 0.3, 0.2), {}, {}, {}, 0};
+  const SyntheticView view{poseAt({0.02, 0.01, 0.5}, {0.3, 0.2, 0}), {}, {}, {}, 0};
   SyntheticCameraOptions light;
   std::swap(light.background, light.dot);
   const Image a = shot(oneDot(0.02), {}, view), b = shot(oneDot(0.02), light, view);
@@ -288,7 +282,7 @@ TEST(SyntheticCamera, light_dots_on_a_dark_plate_are_the_negative) {
 }
 
 TEST(SyntheticCamera, displacement_moves_the_drawn_dot) {
-  SyntheticView view{pose(0, 0, 0.6), {}, {}, {}, 0};
+  SyntheticView view{poseAt({0, 0, 0.6}), {}, {}, {}, 0};
   const Blob before = blob(shot(oneDot(0.014), {}, view), 220, 20);
   view.displacement = {{0.7, -1.3}};
   const Blob after = blob(shot(oneDot(0.014), {}, view), 220, 20);
@@ -298,7 +292,7 @@ TEST(SyntheticCamera, displacement_moves_the_drawn_dot) {
 }
 
 TEST(SyntheticCamera, a_dot_at_the_border_is_cut_there) {
-  const auto cMo = pose(-319.5 / 600 * 0.6, 0, 0.6);  // centre on the first column
+  const auto cMo = poseAt({-319.5 / 600 * 0.6, 0, 0.6});  // centre on the first column
   const Image image = shot(oneDot(0.014), {}, {cMo, {}, {}, {}, 0});
   EXPECT_EQ(image[239][0], 20);
   EXPECT_EQ(image[239][639], 220) << "nothing comes in again on the other side";
@@ -308,22 +302,23 @@ TEST(SyntheticCamera, a_dot_at_the_border_is_cut_there) {
 TEST(SyntheticCamera, what_cannot_be_seen_is_not_drawn) {
   const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
   for (const auto& cMo :
-       {pose(0, 0, -1), pose(0, 0, 0), pose(5, 0, 1), pose(1e9, 0, 1), pose(0, 0, 0.6, M_PI / 2),
-        pose(0, 0, 0.005, 1.2), pose(nan, 0, 1), pose(0, 0, inf), pose(0, 0, 1e12)}) {
+       {poseAt({0, 0, -1}), poseAt({0, 0, 0}), poseAt({5, 0, 1}), poseAt({1e9, 0, 1}),
+        poseAt({0, 0, 0.6}, {M_PI / 2, 0, 0}), poseAt({0, 0, 0.005}, {1.2, 0, 0}),
+        poseAt({nan, 0, 1}), poseAt({0, 0, inf}), poseAt({0, 0, 1e12})}) {
     EXPECT_TRUE(isPlain(shot(oneDot(0.014), {}, {cMo, {}, {}, {}, 0}), 220))
         << cMo.translation().transpose();
   }
 }
 
 TEST(SyntheticCamera, a_dot_that_fills_the_image_is_drawn_all_over) {
-  EXPECT_TRUE(isPlain(shot(oneDot(10), {}, {pose(0, 0, 0.1), {}, {}, {}, 0}), 20));
+  EXPECT_TRUE(isPlain(shot(oneDot(10), {}, {poseAt({0, 0, 0.1}), {}, {}, {}, 0}), 20));
 }
 
 TEST(SyntheticCamera, an_image_of_the_right_size_is_filled_in_place) {
   Image image(480, 640);
   const unsigned char* memory = image.bitmap;
   SyntheticCamera camera(kCamera, oneDot(0.01));
-  camera.render({pose(0, 0, 0.6), {}, {}, {}, 0}, image);
+  camera.render({poseAt({0, 0, 0.6}), {}, {}, {}, 0}, image);
   EXPECT_EQ(image.bitmap, memory);
 }
 

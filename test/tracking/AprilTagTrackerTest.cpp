@@ -7,6 +7,7 @@
 
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/AprilTagTracker.h"
+#include "support/Poses.h"
 
 #ifdef ENABLE_VISP_NAMESPACE
 using namespace VISP_NAMESPACE_NAME;
@@ -15,17 +16,11 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
+using test::poseAt;
 using Image = vpImage<unsigned char>;
 using Points = std::vector<TrackedPoint>;
 
 const PinholeCamera kCamera{640, 480, 600, 600, 319.5, 239.5};
-
-Eigen::Isometry3d pose(const Eigen::Vector3d& t, const Eigen::Vector3d& r = {0, 0, 0}) {
-  Eigen::Isometry3d M = Eigen::Isometry3d::Identity();
-  if (r.norm() > 0) M.linear() = Eigen::AngleAxisd(r.norm(), r.normalized()).matrix();
-  M.translation() = t;
-  return M;
-}
 
 AprilTagTarget oneTag(const std::string& family = "36h11", int id = 5, double size = 0.16) {
   return {family, {{id, size, Eigen::Isometry3d::Identity()}}};
@@ -75,8 +70,8 @@ std::vector<Eigen::Isometry3d> randomPoses(int n, double Z) {
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < n; ++i) {
-    poses.push_back(pose({0.15 * Z * unit(random), 0.1 * Z * unit(random), Z},
-                         {0.5 * unit(random), 0.5 * unit(random), 3 * unit(random)}));
+    poses.push_back(poseAt({0.15 * Z * unit(random), 0.1 * Z * unit(random), Z},
+                           {0.5 * unit(random), 0.5 * unit(random), 3 * unit(random)}));
   }
   return poses;
 }
@@ -136,9 +131,9 @@ TEST(AprilTagTracker, motion_blur_and_vignetting_move_no_corner) {
 
 TEST(AprilTagTracker, ids_are_by_target_order_or_by_tag_and_corners_start_bottom_left) {
   AprilTagTarget target{"36h11", {}};
-  target.tags.push_back({17, 0.1, pose({0.1, 0, 0})});
-  target.tags.push_back({3, 0.1, pose({-0.1, 0, 0})});
-  const Eigen::Isometry3d cMo = pose({0, 0, 0.8});
+  target.tags.push_back({17, 0.1, poseAt({0.1, 0, 0})});
+  target.tags.push_back({3, 0.1, poseAt({-0.1, 0, 0})});
+  const Eigen::Isometry3d cMo = poseAt({0, 0, 0.8});
   const Image image = shot(target, cMo);
   AprilTagTracker ofTarget(target), ofFamily("36h11");
   const Points byOrder = ofTarget.track(image, {}), byTag = ofFamily.track(image, {});
@@ -155,9 +150,9 @@ TEST(AprilTagTracker, ids_are_by_target_order_or_by_tag_and_corners_start_bottom
 
 TEST(AprilTagTracker, tags_that_are_not_of_the_target_or_seen_twice_are_not_given) {
   AprilTagTarget scene{"36h11", {}};
-  scene.tags.push_back({17, 0.1, pose({0.15, 0, 0})});
-  scene.tags.push_back({3, 0.1, pose({-0.15, 0, 0})});
-  const Eigen::Isometry3d cMo = pose({0, 0, 0.8});
+  scene.tags.push_back({17, 0.1, poseAt({0.15, 0, 0})});
+  scene.tags.push_back({3, 0.1, poseAt({-0.15, 0, 0})});
+  const Eigen::Isometry3d cMo = poseAt({0, 0, 0.8});
   AprilTagTracker only(oneTag("36h11", 3));
   EXPECT_EQ(only.track(shot(scene, cMo), {}).size(), 4u);
   scene.tags[0].id = 3;
@@ -169,7 +164,7 @@ TEST(AprilTagTracker, tags_that_are_not_of_the_target_or_seen_twice_are_not_give
 TEST(AprilTagTracker, a_hidden_tag_is_absent_and_comes_back_under_its_ids) {
   const AprilTagTarget target = oneTag();
   AprilTagTracker tracker(target);
-  const Image image = shot(target, pose({0, 0, 1}));
+  const Image image = shot(target, poseAt({0, 0, 1}));
   EXPECT_EQ(tracker.track(image, {}).size(), 4u);
   const Image blank(480, 640, 220), empty, other(100, 30, 0);
   for (const Image* nothing : {&blank, &empty, &other}) {

@@ -12,6 +12,7 @@
 
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/DotTracker.h"
+#include "support/Poses.h"
 
 #ifdef ENABLE_VISP_NAMESPACE
 using namespace VISP_NAMESPACE_NAME;
@@ -20,6 +21,7 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
+using test::poseAt;
 using Image = vpImage<unsigned char>;
 using Points = std::vector<TrackedPoint>;
 
@@ -32,14 +34,8 @@ DotTarget square(double radius = 0.014) {
 }
 DotTarget single(double radius = 0.014) { return {{{0, 0, 0}}, radius}; }
 
-Eigen::Isometry3d pose(double x, double y, double z, const Eigen::Vector3d& r = {0, 0, 0}) {
-  Eigen::Isometry3d cMo = Eigen::Isometry3d::Identity();
-  if (r.norm() > 0) cMo.linear() = Eigen::AngleAxisd(r.norm(), r.normalized()).matrix();
-  cMo.translation() = Eigen::Vector3d(x, y, z);
-  return cMo;
-}
 /// A plate in front of the camera, its middle moved by so many pixels.
-Eigen::Isometry3d shifted(double u, double v) { return pose(u / 600 * kZ, v / 600 * kZ, kZ); }
+Eigen::Isometry3d shifted(double u, double v) { return poseAt({u / 600 * kZ, v / 600 * kZ, kZ}); }
 
 SyntheticView viewOf(const Eigen::Isometry3d& cMo, std::vector<Occluder> occluders = {}) {
   return {cMo, {}, {}, std::move(occluders), 0};
@@ -96,8 +92,8 @@ Accuracy accuracy(double radius_px, const SyntheticCameraOptions& options, int n
   Accuracy a;
   for (int i = 0; i < n; ++i) {
     SyntheticView view =
-        viewOf(pose(0.2 * unit(random), 0.15 * unit(random), kZ,
-                    0.6 * Eigen::Vector3d(unit(random), unit(random), unit(random))));
+        viewOf(poseAt({0.2 * unit(random), 0.15 * unit(random), kZ},
+                      0.6 * Eigen::Vector3d(unit(random), unit(random), unit(random))));
     view.frame = static_cast<std::uint64_t>(i);
     camera.render(view, image);
     const Eigen::Vector2d truth = camera.ellipse(view.cMo, 0)->centre;
@@ -171,7 +167,7 @@ TEST(DotTracker, motion_blur_does_not_move_centroids) {
 }
 
 TEST(DotTracker, outline_is_that_of_the_dot) {
-  const auto cMo = pose(0.02, -0.03, 0.5, {0.5, -0.3, 0.2});
+  const auto cMo = poseAt({0.02, -0.03, 0.5}, {0.5, -0.3, 0.2});
   const Ellipse truth = *SyntheticCamera(kCamera, single(0.02)).ellipse(cMo, 0);
   DotTracker tracker({truth.centre});
   tracker.track(shot(single(0.02), viewOf(cMo)), {});
@@ -280,10 +276,11 @@ TEST(DotTracker, senseless_set_ups_are_refused) {
 // tracking
 
 TEST(DotTracker, follows_dots_that_move_turn_and_grow) {
-  DotTracker tracker(centres(square(), pose(0, 0, 1)));
+  DotTracker tracker(centres(square(), poseAt({0, 0, 1})));
   for (int k = 0; k < 120; ++k) {
-    const auto cMo = pose(0.05 * std::sin(0.1 * k), 0.02 * std::cos(0.07 * k) - 0.02,
-                          1 - 0.0045 * k, {0.3 * std::sin(0.05 * k), 0.004 * k, -0.02 * k});
+    const auto cMo =
+        poseAt({0.05 * std::sin(0.1 * k), 0.02 * std::cos(0.07 * k) - 0.02, 1 - 0.0045 * k},
+               {0.3 * std::sin(0.05 * k), 0.004 * k, -0.02 * k});
     const Points points = tracker.track(shot(square(), viewOf(cMo)), {});
     ASSERT_EQ(ids(points), Ids({0, 1, 2, 3})) << "frame " << k;
     expectTrue(points, centres(square(), cMo), 0.03);
@@ -447,14 +444,14 @@ PatternCount patternsFound(const DotTarget& target, double roll, double radiusKn
   std::uniform_real_distribution<double> unit(-1, 1);
   PatternCount count;
   for (int n = 0; n < 50; ++n) {
-    const auto cMo = pose(0.08 * unit(random), 0.04 * unit(random), 0.7 + 0.15 * unit(random),
-                          {0.5 * unit(random), 0.5 * unit(random), roll * unit(random)});
+    const auto cMo = poseAt({0.08 * unit(random), 0.04 * unit(random), 0.7 + 0.15 * unit(random)},
+                            {0.5 * unit(random), 0.5 * unit(random), roll * unit(random)});
     SyntheticView view = viewOf(cMo);
     view.frame = static_cast<std::uint64_t>(n);
     Image image = shot(target, view, options);
     if (extraBlobs) {
       const DotTarget blobs{{{-0.3, 0.17, 0}, {0.31, -0.2, 0}, {0.3, 0.2, 0}}, 0.012};
-      const Image other = shot(blobs, viewOf(pose(0, 0, 0.65)));
+      const Image other = shot(blobs, viewOf(poseAt({0, 0, 0.65})));
       for (unsigned i = 0; i < image.getSize(); ++i) {
         image.bitmap[i] = std::min(image.bitmap[i], other.bitmap[i]);
       }
@@ -510,11 +507,11 @@ TEST(DotTracker, finds_light_dots_on_a_dark_plate) {
 }
 
 TEST(DotTracker, a_square_plate_turned_by_a_quarter_is_read_upright) {
-  const auto cMo = pose(0, 0, 0.6, {0, 0, M_PI / 2});
+  const auto cMo = poseAt({0, 0, 0.6}, {0, 0, M_PI / 2});
   DotTracker tracker(square(0.01));
   const Points points = tracker.track(shot(square(0.01), viewOf(cMo)), {});
   ASSERT_EQ(points.size(), 4u);
-  expectTrue(points, centres(square(0.01), pose(0, 0, 0.6)), 0.05);
+  expectTrue(points, centres(square(0.01), poseAt({0, 0, 0.6})), 0.05);
 }
 
 TEST(DotTracker, a_plate_shown_only_in_part_is_waited_for) {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "depthservo/depth/DepthEstimate.h"
+#include "depthservo/depth/ObserverStep.h"
 #include "depthservo/motion/Motion.h"
 
 namespace depthservo {
@@ -129,7 +130,7 @@ class FocalLengthObserver {
   FocalEstimate estimate() const;  ///< \rtsafe
 
  private:
-  enum class Phase { unset, measured, coasting, rejected, gone };
+  using Phase = detail::ObserverPhase;
 
   /// Where the rotation since the last correction has taken the point.
   struct Prediction {

@@ -93,8 +93,7 @@ class NonlinearDepthObserver : public DepthEstimator {
   double windowedExcitation() const { return window_.J(); }
 
  private:
-  /// `gone`: behind the camera, or moved beyond all sense; starts anew with its next measurement.
-  enum class Phase { unset, measured, coasting, vague, rejected, gone };
+  using Phase = detail::ObserverPhase;
 
   detail::LineVariance predictedVariance() const;
   bool isExcited() const;

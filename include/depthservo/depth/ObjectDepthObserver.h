@@ -54,13 +54,12 @@ class ObjectDepthObserver : public PointSetEstimator {
   std::size_t ignored() const { return ignored_; }
 
  private:
-  /// `absent`: never measured, or to start anew with its next measurement; `gone` likewise, behind
-  /// the camera.
-  enum class Phase { absent, measured, coasting, vague, rejected, gone };
+  /// `unset`: never measured, or to start anew with its next measurement.
+  using Phase = detail::ObserverPhase;
 
   struct Point {
     int id = 0;
-    Phase phase = Phase::absent;
+    Phase phase = Phase::unset;
     Eigen::Vector2d s = Eigen::Vector2d::Zero();  // (x, y)
     Eigen::Vector2d c = Eigen::Vector2d::Zero();  // d(x, y)/dchi since it was measured
     double elapsed_s = 0;                         // since then
@@ -70,7 +69,7 @@ class ObjectDepthObserver : public PointSetEstimator {
     bool isUsed = false;  // in the correction at hand
     int rejections = 0;   // in a row
 
-    bool isFollowed() const { return phase != Phase::absent && phase != Phase::gone; }
+    bool isFollowed() const { return phase != Phase::unset && phase != Phase::gone; }
   };
 
   const Point* find(int id) const;

@@ -2,7 +2,38 @@
 
 #include <algorithm>
 
+#include "depthservo/depth/DepthEstimate.h"
+
 namespace depthservo::detail {
+
+/// What became of an observed point. `vague`: predicted for too long; `gone`: behind the camera, or
+/// moved beyond all sense, it starts anew with its next measurement.
+enum class ObserverPhase { unset, measured, coasting, vague, rejected, gone };
+
+/// \param isExcited, isFound of what is being observed
+inline DepthStatus statusOf(ObserverPhase phase, bool isExcited, bool isFound) {
+  switch (phase) {
+    case ObserverPhase::unset:
+      return DepthStatus::unset;
+    case ObserverPhase::vague:
+    case ObserverPhase::gone:
+      return DepthStatus::lost;
+    case ObserverPhase::coasting:
+      return DepthStatus::coasting;
+    case ObserverPhase::rejected:
+      return DepthStatus::rejected;
+    case ObserverPhase::measured:
+      break;
+  }
+  if (!isExcited) return DepthStatus::unexcited;
+  return isFound ? DepthStatus::valid : DepthStatus::converging;
+}
+
+/// Whether a depth is accurate and not merely held at an end of its range.
+inline bool isDepthFound(double chi, double sigma_chi, const DepthRange& range) {
+  const bool isHeld = chi <= range.clampChi(0) || chi * range.Z_min >= 1;
+  return !isHeld && sigma_chi < kValidRelativeSigma * chi;
+}
 
 /// wn times the settling time to 2 % of s^2 + 2 wn s + wn^2.
 constexpr double kSettling = 5.83;

@@ -39,7 +39,8 @@ struct ComparedEstimator {
 struct Comparison {
   std::string name;  ///< of the scenario or the sequence
   std::size_t points = 0;
-  double pixelNoise_px = 0;        ///< 1 sigma told to the estimators
+  /// 1 sigma per axis told to the estimators; kUnknown: what the tracker says of each point [px]
+  double pixelNoise_px = kUnknown;
   bool hasTruth = false;           ///< without: only sigma and difference
   std::string reference;           ///< the estimator that `difference` refers to
   std::vector<double> time_s;      ///< of the images, from the first

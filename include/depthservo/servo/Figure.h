@@ -15,6 +15,19 @@ struct Curve {
   Style style = Style::line;
   int colour = -1;  ///< index into a colour-blind safe palette; -1: the next; kBlack: black
   static constexpr int kBlack = -2;
+
+  /// Without points yet.
+  static Curve named(const std::string& title, Style style = Style::line, int colour = -1) {
+    return {title, {}, {}, style, colour};
+  }
+  /// A dashed black line across the panel.
+  static Curve level(double y, double from, double to, const std::string& title = "") {
+    return {title, {from, to}, {y, y}, Style::dashed, kBlack};
+  }
+  void add(double abscissa, double ordinate) {
+    x.push_back(abscissa);
+    y.push_back(ordinate);
+  }
 };
 
 /// One pair of axes.
@@ -30,6 +43,16 @@ struct Panel {
   bool logX = false, logY = false;
   Axes axes = Axes::free;
   std::vector<double> xRange, yRange;  ///< {low, high}; empty: as the curves need
+
+  /// Without curves yet.
+  static Panel labelled(const std::string& title, const std::string& xLabel,
+                        const std::string& yLabel) {
+    Panel panel;
+    panel.title = title;
+    panel.xLabel = xLabel;
+    panel.yLabel = yLabel;
+    return panel;
+  }
 };
 
 /// A picture of one experiment: panels in rows of `columns`, read left to right.

@@ -17,6 +17,7 @@ struct LiveOptions {
   std::string name = "live";
   PinholeCamera camera;
   SequenceTarget target;      ///< dots, AprilTags; none: natural corners
+  std::string targetFile;     ///< that named it, for messages; may be empty
   ReplayOptions observation;  ///< tracker, estimator, first guess, noise; motion plays no part
   double rate = 0;            ///< images per second, 0: not known; for the gain of `pose` [Hz]
   double duration_s = 0;      ///< stop after this time of the images' clock; 0: at their end
@@ -44,7 +45,7 @@ struct LiveFrame {
 class Live {
  public:
   /// \param twists null: the motion is that of the target, which needs four points
-  /// \throw InputError there is nothing to track, or no motion
+  /// \throw InputError there is nothing to track, no motion, or not what the estimator needs
   Live(const LiveOptions& options, ImageSource& images, TwistStream* twists);
 
   /// Until the images end, the duration is over or `watch` says false. Call once.
@@ -55,7 +56,6 @@ class Live {
   LiveOptions options_;
   ImageSource& images_;
   TwistStream* twists_;
-  ReplayTracker tracker_;
 };
 
 }  // namespace depthservo

@@ -43,6 +43,8 @@ struct ReplayOptions {
   double odometryScaleSigma = 0;  ///< relative, 1 sigma
   double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
 
+  DepthPrior prior() const;  ///< of every point
+
   /// As the sequence itself asks for, with the defaults above for the rest. \throw InputError
   static ReplayOptions of(const Sequence& sequence);
   /// \param file where the hints stand, for messages

@@ -30,6 +30,7 @@ struct FeatureRecord {
   int id = 0;
   double u = 0, v = 0;  ///< measured, or predicted while hidden [px]
   bool measured = false;
+  double sigma_px = kUnknown;  ///< of the measurement as the estimator is told, 1 sigma per axis
   DepthEstimate estimate;
   double Z_true = kUnknown;                     ///< [m]
   double u_true = kUnknown, v_true = kUnknown;  ///< where the point really is, seen or not [px]

@@ -24,13 +24,4 @@ void addFocalExperiments(Rows& rows, std::vector<Figure>& figures, const Reprodu
 /// desired, from wrong guesses of their depth. `full`: all starts through images too.
 void addServoExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions& options);
 
-/// Empty axes of a figure; labels with units.
-inline Panel axes(const std::string& title, const std::string& xLabel, const std::string& yLabel) {
-  Panel panel;
-  panel.title = title;
-  panel.xLabel = xLabel;
-  panel.yLabel = yLabel;
-  return panel;
-}
-
 }  // namespace depthservo::deluca2008

@@ -136,12 +136,8 @@ double rms(const std::vector<Samples>& runs) {
 }
 
 Curve curve(const Samples& samples, const std::string& title) {
-  Curve c;
-  c.title = title;
-  for (const Sample& s : samples) {
-    c.x.push_back(s.t);
-    c.y.push_back(100 * s.error);
-  }
+  Curve c = Curve::named(title);
+  for (const Sample& s : samples) c.add(s.t, 100 * s.error);
   return c;
 }
 
@@ -166,7 +162,7 @@ void addArmExperiments(Rows& rows, std::vector<Figure>& figures, const Reproduce
       "px, 0.3 px are much. Right: without noise, Euler's method keeps an error that the exact "
       "flow has not.";
   figure.columns = 2;
-  Panel noisy = axes("with image noise", "time [s]", "error of 1/Z [%]");
+  Panel noisy = Panel::labelled("with image noise", "time [s]", "error of 1/Z [%]");
   const unsigned seeds = options.full ? 100 : 20;
   for (const auto& [noise_px, expected] : {std::pair{.3, .19}, {.1, .06}, {.05, .03}}) {
     std::vector<Samples> runs;
@@ -182,7 +178,7 @@ void addArmExperiments(Rows& rows, std::vector<Figure>& figures, const Reproduce
                        "rms relative error of 1/Z that Euler's method keeps without noise", .10,
                        rms({sampled}), "1", 1.5)
       .note = "at the printed rate and gains; ours up to 14 %, the exact flow none";
-  Panel scheme = axes("without noise", "time [s]", "error of 1/Z [%]");
+  Panel scheme = Panel::labelled("without noise", "time [s]", "error of 1/Z [%]");
   scheme.curves = {curve(exact, "the library's observer"), curve(sampled, "Euler's method")};
   for (Panel* panel : {&noisy, &scheme}) panel->yRange = {-100, 100};
   for (Panel* panel : {&noisy, &scheme}) panel->xRange = {0, kDuration_s};

@@ -337,28 +337,25 @@ Figure depthFigure() {
   figure.columns = 2;
   const auto curve = [](const std::vector<Sample>& samples, const std::string& title,
                         const auto& value) {
-    Curve c;
-    c.title = title;
-    for (const Sample& s : samples) {
-      c.x.push_back(s.t);
-      c.y.push_back(value(s));
-    }
+    Curve c = Curve::named(title);
+    for (const Sample& s : samples) c.add(s.t, value(s));
     return c;
   };
   const auto chi = [](const Sample& s) { return s.error; };
   const auto continuous = Experiment{}.run(Scheme::continuous, 1000);
   const auto other = Experiment{.5, 1}.run(Scheme::continuous, 1000);
 
-  Panel error = axes("error of chi, continuous observer", "time [s]", "chi - estimate [1/m]");
+  Panel error =
+      Panel::labelled("error of chi, continuous observer", "time [s]", "chi - estimate [1/m]");
   error.curves.push_back(curve(continuous, "chi(0) = 2, guess 1", chi));
   error.curves.push_back(curve(other, "Z(0) = 2 m, guess 1", chi));
-  Panel image = axes("error in the image, continuous observer", "time [s]", "e [px]");
+  Panel image = Panel::labelled("error in the image, continuous observer", "time [s]", "e [px]");
   image.curves.push_back(curve(continuous, "e1", [](const Sample& s) { return s.e.x(); }));
   image.curves.push_back(curve(continuous, "e2", [](const Sample& s) { return s.e.y(); }));
 
-  Panel sampled = axes("error of chi at 30 Hz", "time [s]", "chi - estimate [1/m]");
+  Panel sampled = Panel::labelled("error of chi at 30 Hz", "time [s]", "chi - estimate [1/m]");
   sampled.yRange = {-1.5, 3};
-  Panel magnitude = axes("the same, magnitude", "time [s]", "|chi - estimate| [1/m]");
+  Panel magnitude = Panel::labelled("the same, magnitude", "time [s]", "|chi - estimate| [1/m]");
   magnitude.logY = true;
   magnitude.yRange = {1e-4, 10};
   const auto add = [&](const std::vector<Sample>& samples, const std::string& title, int colour) {

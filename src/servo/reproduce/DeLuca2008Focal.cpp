@@ -289,21 +289,8 @@ void unicycleRows(Rows& rows) {
 }
 
 Curve curve(const Samples& samples, const std::string& title) {
-  Curve c;
-  c.title = title;
-  for (const Sample& s : samples) {
-    c.x.push_back(s.t);
-    c.y.push_back(s.focal_px);
-  }
-  return c;
-}
-
-Curve level(double value, double until) {
-  Curve c;
-  c.x = {0, until};
-  c.y = {value, value};
-  c.style = Curve::Style::dashed;
-  c.colour = Curve::kBlack;
+  Curve c = Curve::named(title);
+  for (const Sample& s : samples) c.add(s.t, s.focal_px);
   return c;
 }
 
@@ -317,27 +304,26 @@ Figure numericalFigure() {
       "where eta1 = eta2 = 0 (a sign change of eta2 alone is over at once). The library's observer "
       "needs no more than 30 images per second.";
   figure.columns = 2;
-  Panel focal = axes("lambda, differential equation", "time [s]", "lambda [px]");
-  Panel sampledFocal = axes("lambda at 30 Hz, the library's observer", "time [s]", "lambda [px]");
+  Panel focal = Panel::labelled("lambda, differential equation", "time [s]", "lambda [px]");
+  Panel sampledFocal =
+      Panel::labelled("lambda at 30 Hz, the library's observer", "time [s]", "lambda [px]");
   for (double k_3 : {5000., 700., 500.}) {
     const std::string title = fmt::format("k_3 = {:g}", k_3);
     focal.curves.push_back(curve(continuous(numericalExample(k_3)), title));
     sampledFocal.curves.push_back(curve(observed(numericalExample(k_3)), title));
   }
   for (Panel* panel : {&focal, &sampledFocal}) {
-    panel->curves.push_back(level(128, 5));
+    panel->curves.push_back(Curve::level(128, 0, 5));
     panel->yRange = {0, 190};
   }
-  Panel eta = axes("eta1 and eta2: nothing is learnt where one stays 0", "time [s]", "[px rad/s]");
-  Panel sigma = axes("least singular value of Omega", "time [s]", "sigma_min [rad/s]");
-  Curve eta1, eta2, sigma_min;
-  eta1.title = "eta1";
-  eta2.title = "eta2";
+  Panel eta = Panel::labelled("eta1 and eta2: nothing is learnt where one stays 0", "time [s]",
+                              "[px rad/s]");
+  Panel sigma = Panel::labelled("least singular value of Omega", "time [s]", "sigma_min [rad/s]");
+  Curve eta1 = Curve::named("eta1"), eta2 = Curve::named("eta2"), sigma_min;
   for (const Excitation& e : excitations(numericalExample(500))) {
-    for (Curve* c : {&eta1, &eta2, &sigma_min}) c->x.push_back(e.t);
-    eta1.y.push_back(e.eta1);
-    eta2.y.push_back(e.eta2);
-    sigma_min.y.push_back(e.sigma_min);
+    eta1.add(e.t, e.eta1);
+    eta2.add(e.t, e.eta2);
+    sigma_min.add(e.t, e.sigma_min);
   }
   eta.curves = {eta1, eta2};
   sigma.curves = {sigma_min};
@@ -355,38 +341,30 @@ Figure unicycleFigure() {
       "its image also moves because the camera does. With Z known the factor is divided out. "
       "Right: Euler's method at 30 Hz with the printed k_4, and the law against the simulation.";
   figure.columns = 2;
-  Panel focal = axes("lambda at 30 Hz, the library's observer", "time [s]", "lambda [px]");
-  Panel compensated = axes("the same, lever arm compensated", "time [s]", "lambda [px]");
-  Panel law = axes("after a minute", "depth of the point [m]", "lambda [px]");
-  Curve points, line;
-  points.title = "simulated";
-  points.style = Curve::Style::points;
-  line.title = "lambda (1 + rx/Z)";
+  Panel focal =
+      Panel::labelled("lambda at 30 Hz, the library's observer", "time [s]", "lambda [px]");
+  Panel compensated = Panel::labelled("the same, lever arm compensated", "time [s]", "lambda [px]");
+  Panel law = Panel::labelled("after a minute", "depth of the point [m]", "lambda [px]");
+  Curve points = Curve::named("simulated", Curve::Style::points);
+  Curve line = Curve::named("lambda (1 + rx/Z)");
   for (double Z : {1., 2., 4., 20.}) {
     const Samples samples = observed(onUnicycle(Z));
     focal.curves.push_back(curve(samples, fmt::format("Z = {:g} m", Z)));
     Samples divided = samples;
     for (Sample& s : divided) s.focal_px = compensatedFocal(s.focal_px, kLever_m, Z);
     compensated.curves.push_back(curve(divided, ""));
-    points.x.push_back(Z);
-    points.y.push_back(samples.back().focal_px);
+    points.add(Z, samples.back().focal_px);
   }
-  for (double Z = 0.8; Z < 25; Z *= 1.05) {
-    line.x.push_back(Z);
-    line.y.push_back(1096 * (1 + kLever_m / Z));
-  }
-  Curve truth = level(1096, 25);
-  truth.x = {0.8, 25};
-  truth.title = "true";
-  law.curves = {line, points, truth};
+  for (double Z = 0.8; Z < 25; Z *= 1.05) line.add(Z, 1096 * (1 + kLever_m / Z));
+  law.curves = {line, points, Curve::level(1096, 0.8, 25, "true")};
   law.logX = true;
   for (Panel* panel : {&focal, &compensated}) {
-    panel->curves.push_back(level(1096, 60));
+    panel->curves.push_back(Curve::level(1096, 0, 60));
     panel->yRange = {900, 1300};
   }
-  Panel diverging = axes("printed gains at 30 Hz, Z = 2 m", "time [s]", "lambda [px]");
+  Panel diverging = Panel::labelled("printed gains at 30 Hz, Z = 2 m", "time [s]", "lambda [px]");
   diverging.curves = {curve(observed(onUnicycle(2)), "the library's observer"),
-                      curve(euler(onUnicycle(2)), "Euler's method"), level(1096, 10)};
+                      curve(euler(onUnicycle(2)), "Euler's method"), Curve::level(1096, 0, 10)};
   diverging.xRange = {0, 10};
   diverging.yRange = {-3000, 3000};
   figure.panels = {focal, diverging, compensated, law};

@@ -281,27 +281,17 @@ class ContrastFigure {
   }
 
  private:
-  static Curve line(const std::string& title, int colour) {
-    Curve curve;
-    curve.title = title;
-    curve.colour = colour;
-    return curve;
-  }
-
   void side(bool isObserved) {
     const PinholeCamera& camera = experiment_.arrangement.camera;
-    Panel image, depth, error;
+    Panel image = Panel::labelled("", "u [px]", "v [px]");
+    Panel depth = Panel::labelled("", "time [s]", "used / true depth");
+    Panel error = Panel::labelled("", "time [s]", "distance from goal [px]");
     image.axes = Panel::Axes::image;
-    image.xLabel = "u [px]";
-    image.yLabel = "v [px]";
     image.xRange = {0., static_cast<double>(camera.width)};
     image.yRange = {0., static_cast<double>(camera.height)};
-    depth.xLabel = error.xLabel = "time [s]";
-    depth.yLabel = "used / true depth";
     depth.logY = true;
     depth.xRange = {0, 20};
     depth.yRange = {0.1, 20};
-    error.yLabel = "distance from goal [px]";
     error.xRange = {0, 20};
 
     int stayed = 0;
@@ -313,23 +303,21 @@ class ContrastFigure {
           circumstances_, Keep::everything);
       if (course.path.empty()) continue;
       const int colour = static_cast<int>(g);
-      std::vector<Curve> dots(4, line("", colour));
+      const Curve unnamed = Curve::named("", Curve::Style::line, colour);
+      std::vector<Curve> dots(4, unnamed);
       dots[0].title = fmt::format("{:g} m", guess);
       stayed += course.stayedInImage;
-      Curve ratio = line("", colour), distance = line("", colour);
+      Curve ratio = unnamed, distance = unnamed;
       for (const Instant& instant : course.path) {
         double used = 0, squares = 0;
         for (std::size_t i = 0; i < dots.size(); ++i) {
-          dots[i].x.push_back(instant.pixels[i].x());
-          dots[i].y.push_back(instant.pixels[i].y());
+          dots[i].add(instant.pixels[i].x(), instant.pixels[i].y());
           used += instant.Z_used[i] / instant.Z[i] / static_cast<double>(dots.size());
           squares +=
               (instant.pixels[i] - goal()[i]).squaredNorm() / static_cast<double>(dots.size());
         }
-        ratio.x.push_back(instant.time_s);
-        ratio.y.push_back(used);
-        distance.x.push_back(instant.time_s);
-        distance.y.push_back(std::sqrt(squares));
+        ratio.add(instant.time_s, used);
+        distance.add(instant.time_s, std::sqrt(squares));
       }
       image.curves.insert(image.curves.end(), dots.begin(), dots.end());
       depth.curves.push_back(ratio);
@@ -341,25 +329,15 @@ class ContrastFigure {
         "the depth {}: {}", isObserved ? "is observed" : "stays as guessed",
         left == 0 ? "all reach the goal"
                   : fmt::format("{} of {} leave the image", left, experiment_.guesses.size()));
-    Curve starts = line("start", kStartColour);
-    starts.style = Curve::Style::points;
+    Curve starts = Curve::named("start", Curve::Style::points, kStartColour);
     for (std::size_t i = 0; i < 4; ++i) {
-      starts.x.push_back(image.curves[i].x.front());
-      starts.y.push_back(image.curves[i].y.front());
+      starts.add(image.curves[i].x.front(), image.curves[i].y.front());
     }
+    Curve goals = Curve::named("goal", Curve::Style::points, Curve::kBlack);
+    for (const Eigen::Vector2d& pixel : goal()) goals.add(pixel.x(), pixel.y());
     image.curves.push_back(starts);
-    Curve goals = line("goal", Curve::kBlack);
-    goals.style = Curve::Style::points;
-    for (const Eigen::Vector2d& pixel : goal()) {
-      goals.x.push_back(pixel.x());
-      goals.y.push_back(pixel.y());
-    }
     image.curves.push_back(goals);
-    Curve exact = line("", Curve::kBlack);
-    exact.style = Curve::Style::dashed;
-    exact.x = {0, 20};
-    exact.y = {1, 1};
-    depth.curves.push_back(exact);
+    depth.curves.push_back(Curve::level(1, 0, 20));
     (isObserved ? left_ : right_) = {image, depth, error};
   }
 

@@ -12,8 +12,10 @@
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/DotTracker.h"
+#include "features/pointInteraction.h"
 #include "servo/expectedPoints.h"
 #include "servo/reproduce/DeLuca2008Servo.h"
+#include "servo/wheels.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -243,11 +245,9 @@ class ServoRun {
       task.L.resize(2 * kDots, 6);
       for (int i = 0; i < kDots; ++i) {
         const DepthEstimate& p = seen_[static_cast<std::size_t>(i)];
-        const double x = p.x, y = p.y, chi = p.chi;
         task.error.segment<2>(2 * i) =
-            Eigen::Vector2d(x, y) - normalised(goal_.pixels[static_cast<std::size_t>(i)]);
-        task.L.row(2 * i) << -chi, 0, x * chi, x * y, -(1 + x * x), y;
-        task.L.row(2 * i + 1) << 0, -chi, y * chi, 1 + y * y, -x * y, -x;
+            Eigen::Vector2d(p.x, p.y) - normalised(goal_.pixels[static_cast<std::size_t>(i)]);
+        task.L.middleRows<2>(2 * i) = pointInteraction({p.x, p.y, p.chi});
       }
       return task;
     }
@@ -283,15 +283,13 @@ class ServoRun {
     const Eigen::Vector2d wheelsBefore = counted();
     const Eigen::Vector2d velocity = robot_.drive(commands_.front(), kPeriod_s);
     commands_.erase(commands_.begin());
-    const double turn = 0.5 * velocity[1] * kWheelBase;
-    wheels_ += kPeriod_s * Eigen::Vector2d(velocity[0] - turn, velocity[0] + turn);
+    wheels_ += kPeriod_s * wheelSpeeds(velocity, kWheelBase);
     const Eigen::Vector2d rolled = (counted() - wheelsBefore) / kPeriod_s;
-    odometry_.push(time_s, robot_.cameraTwist(Eigen::Vector2d(
-                               0.5 * rolled.sum(), (rolled[1] - rolled[0]) / kWheelBase)));
+    odometry_.push(time_s, robot_.cameraTwist(robotVelocity(rolled, kWheelBase)));
     odometry_.holdUntil(time_s + kPeriod_s);
   }
 
-  Eigen::Vector2d counted() const { return kTick * (wheels_ / kTick).array().floor(); }
+  Eigen::Vector2d counted() const { return countedWay(wheels_, kTick); }
 
   Instant instant(const View& now, double time_s) const {
     std::vector<double> Z_used;

@@ -18,58 +18,40 @@ const OcclusionCase& caseNamed(const std::vector<OcclusionCase>& cases, const st
                        [&](const OcclusionCase& c) { return c.id == id; });
 }
 
-Curve curve(const std::string& title, Curve::Style style = Curve::Style::line, int colour = -1) {
-  Curve curve;
-  curve.title = title;
-  curve.style = style;
-  curve.colour = colour;
-  return curve;
-}
-
-void add(Curve& curve, double x, double y) {
-  curve.x.push_back(x);
-  curve.y.push_back(y);
-}
-
 /// Where the camera goes on the floor.
 Curve cameraPath(const Run& run, Curve path) {
   for (const Tick& tick : run) {
-    add(path, tick.wMc.translation().x(), tick.wMc.translation().y());
+    path.add(tick.wMc.translation().x(), tick.wMc.translation().y());
   }
   return path;
 }
 
 Panel floorPanel() {
-  Panel panel;
+  Panel panel = Panel::labelled("", "x [m]", "y [m]");
   panel.axes = Panel::Axes::map;
-  panel.xLabel = "x [m]";
-  panel.yLabel = "y [m]";
-  Curve landmark = curve("landmark, from above", Curve::Style::points, Curve::kBlack);
-  landmark.x = {0, 0};
-  landmark.y = {-0.3, 0.3};
-  Curve goal = curve("goal of the camera", Curve::Style::points, 3);
-  goal.x = {1};
-  goal.y = {0};
+  Curve landmark = Curve::named("landmark, from above", Curve::Style::points, Curve::kBlack);
+  landmark.add(0, -0.3);
+  landmark.add(0, 0.3);
+  Curve goal = Curve::named("goal of the camera", Curve::Style::points, 3);
+  goal.add(1, 0);
   panel.curves = {landmark, goal};
   return panel;
 }
 
 Panel imagePanel(const Run& run) {
-  Panel panel;
+  Panel panel = Panel::labelled("", "x [px]", "y [px]");
   panel.axes = Panel::Axes::image;
-  panel.xLabel = "x [px]";
-  panel.yLabel = "y [px]";
   PanUnicycle robot({0.1, 0.1, 0, 0});
   const Points goal = project(robot.wMcAt(kGoal));
-  Curve goals = curve("goals", Curve::Style::points, Curve::kBlack);
+  Curve goals = Curve::named("goals", Curve::Style::points, Curve::kBlack);
   for (int i = 0; i < kPoints; ++i) {
-    Curve path = curve(fmt::format("point {}", i));
+    Curve path = Curve::named(fmt::format("point {}", i));
     path.colour = i;
     for (const Tick& tick : run) {
-      add(path, kFocal_px * tick.truth[i].x, kFocal_px * tick.truth[i].y);
+      path.add(kFocal_px * tick.truth[i].x, kFocal_px * tick.truth[i].y);
     }
     panel.curves.push_back(path);
-    add(goals, kFocal_px * goal[i].x, kFocal_px * goal[i].y);
+    goals.add(kFocal_px * goal[i].x, kFocal_px * goal[i].y);
   }
   panel.curves.push_back(goals);
   return panel;
@@ -82,9 +64,10 @@ Figure motionFigure(unsigned seed) {
   const Run hidden =
       simulate(seed, Noise::gaussian, 300, {kFrom, kTo, WhileHidden::reconstruct, start});
   Panel floor = floorPanel();
-  floor.curves.push_back(cameraPath(free, curve("camera, without noise", Curve::Style::line, 0)));
   floor.curves.push_back(
-      cameraPath(hidden, curve("1 px noise, hidden 7 s to 9 s", Curve::Style::dashed, 1)));
+      cameraPath(free, Curve::named("camera, without noise", Curve::Style::line, 0)));
+  floor.curves.push_back(
+      cameraPath(hidden, Curve::named("1 px noise, hidden 7 s to 9 s", Curve::Style::dashed, 1)));
   Figure figure;
   figure.name = "motion";
   figure.title = "The robot's way on the floor and the points' in the image";
@@ -110,7 +93,7 @@ struct Spread {
   Curve curve(Curve to) const {
     for (std::size_t tick = 1; tick < squares.size(); ++tick) {
       if (n[tick] == 0) continue;
-      durand2010::add(to, seconds(tick), 100 * std::sqrt(squares[tick] / n[tick]));
+      to.add(seconds(tick), 100 * std::sqrt(squares[tick] / n[tick]));
     }
     return to;
   }
@@ -118,7 +101,7 @@ struct Spread {
 
 /// The limit for every estimator, mean over the points.
 Curve bound(const Run& exact, std::size_t ticks) {
-  Curve limit = curve("limit (Cramer-Rao), all images", Curve::Style::dashed, Curve::kBlack);
+  Curve limit = Curve::named("limit (Cramer-Rao), all images", Curve::Style::dashed, Curve::kBlack);
   std::vector<CramerRaoBound> bounds;
   for (const PointState& point : exact[0].truth) {
     bounds.emplace_back(std::vector<PointState>{point}, std::numeric_limits<double>::infinity());
@@ -132,7 +115,7 @@ Curve bound(const Run& exact, std::size_t ticks) {
       bound.measure(0, 1 / kFocal_px);
       squares += bound.relativeSigma(0) * bound.relativeSigma(0);
     }
-    add(limit, seconds(tick), 100 * std::sqrt(squares / kPoints));
+    limit.add(seconds(tick), 100 * std::sqrt(squares / kPoints));
   }
   return limit;
 }
@@ -165,16 +148,14 @@ Figure noiseFigure(unsigned seed) {
       for (std::size_t j = 0; j < relative.size(); ++j) observer.add(j + 1, relative[j]);
     }
   }
-  Panel panel;
-  panel.xLabel = "time [s]";
-  panel.yLabel = "rms relative error of 1/Z [%]";
+  Panel panel = Panel::labelled("", "time [s]", "rms relative error of 1/Z [%]");
   panel.logY = true;
   panel.yRange = {0.2, 100};
   for (const Method& method : methods) {
-    panel.curves.push_back(method.errors.curve(curve(method.name)));
+    panel.curves.push_back(method.errors.curve(Curve::named(method.name)));
   }
   panel.curves.push_back(
-      observer.curve(curve("observer (De Luca et al. 2008), k = 2, k_3 = 1/Omega^2")));
+      observer.curve(Curve::named("observer (De Luca et al. 2008), k = 2, k_3 = 1/Omega^2")));
   panel.curves.push_back(bound(simulate(seed, Noise::none, kTicks), kTicks));
   Figure figure;
   figure.name = "noise";
@@ -197,18 +178,16 @@ Curve reconstruction(const std::vector<Run>& runs, Curve curve) {
         squares += std::pow(used.x - truth.x, 2) + std::pow(used.y - truth.y, 2);
       }
     }
-    add(curve, seconds(tick),
-        kFocal_px * std::sqrt(squares / static_cast<double>(runs.size() * kPoints)));
+    curve.add(seconds(tick),
+              kFocal_px * std::sqrt(squares / static_cast<double>(runs.size() * kPoints)));
   }
   return curve;
 }
 
 Figure occlusionFigure(unsigned seed) {
   constexpr unsigned kRuns = 25;
-  Panel hidden;
-  hidden.title = "hidden for 7 s <= t < 9 s";
-  hidden.xLabel = "time [s]";
-  hidden.yLabel = "rms error of the reconstructed features [px]";
+  Panel hidden = Panel::labelled("hidden for 7 s <= t < 9 s", "time [s]",
+                                 "rms error of the reconstructed features [px]");
   hidden.logY = true;
   hidden.yRange = {0.5, 300};
   Panel floor = floorPanel();
@@ -219,7 +198,7 @@ Figure occlusionFigure(unsigned seed) {
   const auto cases = occlusionCases();
   for (const char* id : {"ls", "ml", "true-Z", "0.7Z", "1.5Z", "z-star"}) {
     const OcclusionCase& c = caseNamed(cases, id);
-    const Curve look = curve(c.claim, Curve::Style::line, colour++);
+    const Curve look = Curve::named(c.claim, Curve::Style::line, colour++);
     std::vector<Run> runs;
     for (unsigned i = 0; i < kRuns; ++i) {
       runs.push_back(simulate(seed + i, Noise::gaussian, kTo, {kFrom, kTo, c.what, c.start}));
@@ -244,46 +223,42 @@ Figure occlusionFigure(unsigned seed) {
 
 /// Way of the points in the image: as measured, and as predicted while hidden.
 Panel imagePathsOf(const ImageRun& run) {
-  Panel panel;
-  panel.title = "hidden for 7 s <= t < 9 s: the dots in the image";
+  Panel panel =
+      Panel::labelled("hidden for 7 s <= t < 9 s: the dots in the image", "u [px]", "v [px]");
   panel.axes = Panel::Axes::image;
-  panel.xLabel = "u [px]";
-  panel.yLabel = "v [px]";
   panel.xRange = {0, static_cast<double>(run.log.camera.width)};
   panel.yRange = {0, static_cast<double>(run.log.camera.height)};
-  Curve goals = curve("goals", Curve::Style::points, Curve::kBlack);
+  Curve goals = Curve::named("goals", Curve::Style::points, Curve::kBlack);
   for (int i = 0; i < kPoints; ++i) {
-    Curve seen = curve(i == 0 ? "measured" : "", Curve::Style::line, 0);
-    Curve predicted = curve(i == 0 ? "predicted while hidden" : "", Curve::Style::line, 3);
+    Curve seen = Curve::named(i == 0 ? "measured" : "", Curve::Style::line, 0);
+    Curve predicted = Curve::named(i == 0 ? "predicted while hidden" : "", Curve::Style::line, 3);
     for (const FrameRecord& frame : run.log.frames) {
       const FeatureRecord& feature = frame.features[i];
-      add(feature.measured ? seen : predicted, feature.u, feature.v);
-      add(feature.measured ? predicted : seen, NAN, NAN);
+      (feature.measured ? seen : predicted).add(feature.u, feature.v);
+      (feature.measured ? predicted : seen).add(NAN, NAN);
     }
     panel.curves.push_back(seen);
     panel.curves.push_back(predicted);
-    add(goals, run.log.goals[i].x(), run.log.goals[i].y());
+    goals.add(run.log.goals[i].x(), run.log.goals[i].y());
   }
   panel.curves.push_back(goals);
   return panel;
 }
 
 Panel depthsOf(const ImageRun& run) {
-  Panel panel;
-  panel.title = "depth of dot 0";
-  panel.xLabel = "time [s]";
-  panel.yLabel = "Z [m]";
+  Panel panel = Panel::labelled("depth of dot 0", "time [s]", "Z [m]");
   panel.yRange = {0, 8};
-  Curve truth = curve("true", Curve::Style::line, Curve::kBlack);
-  Curve estimate = curve("estimated", Curve::Style::line, 0);
-  Curve low = curve("2 sigma", Curve::Style::dashed, 5), high = curve("", Curve::Style::dashed, 5);
+  Curve truth = Curve::named("true", Curve::Style::line, Curve::kBlack);
+  Curve estimate = Curve::named("estimated", Curve::Style::line, 0);
+  Curve low = Curve::named("2 sigma", Curve::Style::dashed, 5),
+        high = Curve::named("", Curve::Style::dashed, 5);
   for (const FrameRecord& frame : run.log.frames) {
     const FeatureRecord& feature = frame.features[0];
     const auto interval = feature.estimate.interval();
-    add(truth, frame.time_s, feature.Z_true);
-    add(estimate, frame.time_s, feature.estimate.Z());
-    add(low, frame.time_s, interval.low);
-    add(high, frame.time_s, interval.high);
+    truth.add(frame.time_s, feature.Z_true);
+    estimate.add(frame.time_s, feature.estimate.Z());
+    low.add(frame.time_s, interval.low);
+    high.add(frame.time_s, interval.high);
   }
   panel.curves = {low, high, truth, estimate};
   return panel;
@@ -297,10 +272,7 @@ Figure imagesFigure(unsigned seed) {
     double to_s;
     EstimatorKind estimator;
   };
-  Panel errors;
-  errors.title = "true image error, max |s - s*|";
-  errors.xLabel = "time [s]";
-  errors.yLabel = "[px]";
+  Panel errors = Panel::labelled("true image error, max |s - s*|", "time [s]", "[px]");
   errors.logY = true;
   errors.yRange = {0.5, 500};
   int colour = 0;
@@ -314,14 +286,14 @@ Figure imagesFigure(unsigned seed) {
     scenario.control.hidden_sigma = 1e5;
     scenario.depth.estimator = c.estimator;
     ImageRun run = runThroughImages(scenario);
-    Curve path = curve(c.title, Curve::Style::line, colour);
+    Curve path = Curve::named(c.title, Curve::Style::line, colour);
     for (const Eigen::Isometry3d& wMc : run.wMc) {
-      add(path, wMc.translation().x(), wMc.translation().y());
+      path.add(wMc.translation().x(), wMc.translation().y());
     }
     floor.curves.push_back(path);
-    Curve error = curve(c.title, Curve::Style::line, colour);
+    Curve error = Curve::named(c.title, Curve::Style::line, colour);
     for (std::size_t k = 0; k < run.log.frames.size(); ++k) {
-      add(error, run.log.frames[k].time_s, run.error_px(k));
+      error.add(run.log.frames[k].time_s, run.error_px(k));
     }
     errors.curves.push_back(error);
     if (colour++ == 0) shown = std::move(run);

@@ -12,28 +12,11 @@ constexpr double kBound = 7.8168;      // (27), on |e|
 constexpr std::size_t kPlotted = 600;  // points of a curve
 constexpr double kLeast = 1e-9;        // of a logarithmic axis
 
-Curve named(const std::string& title, Curve::Style style = Curve::Style::line, int colour = -1) {
-  Curve curve;
-  curve.title = title;
-  curve.style = style;
-  curve.colour = colour;
-  return curve;
-}
-
-Panel panel(const std::string& title, const std::string& xLabel, const std::string& yLabel) {
-  Panel panel;
-  panel.title = title;
-  panel.xLabel = xLabel;
-  panel.yLabel = yLabel;
-  return panel;
-}
-
 /// One quantity of a simulation over time, thinned out.
 Curve over(const Trace& trace, const std::function<double(const Sample&)>& quantity, Curve curve) {
   const std::size_t step = std::max<std::size_t>(1, trace.samples.size() / kPlotted);
   for (std::size_t i = 0; i < trace.samples.size(); i += step) {
-    curve.x.push_back(trace.samples[i].time_s);
-    curve.y.push_back(quantity(trace.samples[i]));
+    curve.add(trace.samples[i].time_s, quantity(trace.samples[i]));
   }
   return curve;
 }
@@ -41,26 +24,31 @@ Curve over(const Trace& trace, const std::function<double(const Sample&)>& quant
 double errorOf(const Sample& sample) { return std::max(sample.e, kLeast); }
 double energyOf(const Sample& sample) { return std::max(sample.U, kLeast * kLeast); }
 
-Curve level(double value, double from, double to, const std::string& title) {
-  Curve curve = named(title, Curve::Style::dashed, Curve::kBlack);
-  curve.x = {from, to};
-  curve.y = {value, value};
-  return curve;
+/// Energy and size of the errors over time, of a coupled and a cascade law.
+std::vector<Panel> errorPanels(const Trace& coupled, const Trace& cascade) {
+  Panel U = Panel::labelled("", "time [s]", "energy U of the errors");
+  Panel e = Panel::labelled("", "time [s]", "error |e| [m, rad]");
+  U.logY = e.logY = true;
+  U.curves = {over(coupled, energyOf, Curve::named("coupled law (22)")),
+              over(cascade, energyOf, Curve::named("cascade"))};
+  e.curves = {over(coupled, errorOf, Curve::named("coupled law (22)")),
+              over(cascade, errorOf, Curve::named("cascade"))};
+  return {U, e};
 }
 
 /// Linear and angular velocity of the camera.
 std::vector<Panel> velocities(const Trace& trace, bool isPlanar) {
-  std::vector<Panel> panels{panel("", "time [s]", "velocity of the camera [m/s]"),
-                            panel("", "time [s]", "turn rate of the camera [rad/s]")};
+  std::vector<Panel> panels{Panel::labelled("", "time [s]", "velocity of the camera [m/s]"),
+                            Panel::labelled("", "time [s]", "turn rate of the camera [rad/s]")};
   const char* axes[] = {"x", "y", "z"};
   for (int i = 0; i < 3; ++i) {
     if (!isPlanar || i != 1) {
       panels[0].curves.push_back(over(
-          trace, [i](const Sample& s) { return s.twist.linear[i]; }, named(axes[i])));
+          trace, [i](const Sample& s) { return s.twist.linear[i]; }, Curve::named(axes[i])));
     }
     if (!isPlanar || i == 1) {
       panels[1].curves.push_back(over(
-          trace, [i](const Sample& s) { return s.twist.angular[i]; }, named(axes[i])));
+          trace, [i](const Sample& s) { return s.twist.angular[i]; }, Curve::named(axes[i])));
     }
   }
   return panels;
@@ -72,18 +60,13 @@ Figure simulationFigure(bool isVariable) {
   cascade.law = Law::cascade;
   images.method = ImageErrorMethod::iterated;
   const Trace coupled = simulate(experiment), alone = simulate(cascade), seen = simulate(images);
-  Panel U = panel("", "time [s]", "energy U of the errors");
-  U.logY = true;
-  U.yRange = {1e-12, 100};
-  U.curves = {over(coupled, energyOf, named("coupled law (22)")),
-              over(alone, energyOf, named("cascade"))};
-  Panel e = panel("", "time [s]", "error |e| [m, rad]");
-  e.logY = true;
-  e.yRange = {1e-6, 20};
-  e.curves = {over(coupled, errorOf, named("coupled law (22)")),
-              over(alone, errorOf, named("cascade")),
-              over(seen, errorOf, named("coupled, through rendered images", Curve::Style::dashed)),
-              level(kBound, 0, experiment.end_s, "guaranteed in the end, (27)")};
+  std::vector<Panel> panels = errorPanels(coupled, alone);
+  panels[0].yRange = {1e-12, 100};
+  panels[1].yRange = {1e-6, 20};
+  panels[1].curves.push_back(
+      over(seen, errorOf, Curve::named("coupled, through rendered images", Curve::Style::dashed)));
+  panels[1].curves.push_back(
+      Curve::level(kBound, 0, experiment.end_s, "guaranteed in the end, (27)"));
   Figure figure;
   figure.name = isVariable ? "simulation-variable-rate" : "simulation-60fps";
   figure.title =
@@ -96,7 +79,7 @@ Figure simulationFigure(bool isVariable) {
       "the first tenth of a "
       "second, up to 57 m/s, is cut off.";
   figure.columns = 2;
-  figure.panels = {U, e};
+  figure.panels = std::move(panels);
   std::vector<Panel> driven = velocities(coupled, false);
   driven[0].yRange = {-3, 3};
   driven[1].yRange = {-2, 2};
@@ -109,17 +92,11 @@ Figure experimentFigure() {
   cascade.law = images.law = Law::cascade;
   images.noise_px = 0.5;
   const Trace coupled = simulate(b), alone = simulate(cascade), seen = simulate(images);
-  Panel U = panel("", "time [s]", "energy U of the errors");
-  U.logY = true;
-  U.yRange = {1e-14, 1};
-  U.curves = {over(coupled, energyOf, named("coupled law (22)")),
-              over(alone, energyOf, named("cascade"))};
-  Panel e = panel("", "time [s]", "error |e| [m, rad]");
-  e.logY = true;
-  e.yRange = {1e-6, 1};
-  e.curves = {over(coupled, errorOf, named("coupled law (22)")),
-              over(alone, errorOf, named("cascade")),
-              over(seen, errorOf, named("cascade, rendered images, 0.5 px noise"))};
+  std::vector<Panel> panels = errorPanels(coupled, alone);
+  panels[0].yRange = {1e-14, 1};
+  panels[1].yRange = {1e-6, 1};
+  panels[1].curves.push_back(
+      over(seen, errorOf, Curve::named("cascade, rendered images, 0.5 px noise")));
   Figure figure;
   figure.name = "experiment-18fps";
   figure.title = "The experiment in simulation: planar robot, 18 images per second";
@@ -128,7 +105,7 @@ Figure experimentFigure() {
       "23.6 Hz that the paper's condition (23) asks for; it works because the condition is only "
       "sufficient.";
   figure.columns = 2;
-  figure.panels = {U, e};
+  figure.panels = std::move(panels);
   const std::vector<Panel> driven = velocities(alone, true);
   figure.panels.insert(figure.panels.end(), driven.begin(), driven.end());
   return figure;
@@ -136,9 +113,9 @@ Figure experimentFigure() {
 
 Figure sweepFigure() {
   const double rates[] = {.6, .7, .8, .9, 1, 1.2, 1.5, 2, 3, 5, 10, 20, 30, 60};
-  Panel moving =
-      panel("target turning and swinging", "frame rate [Hz]", "largest |e|, 32 s to 50 s [m, rad]");
-  Panel still = panel("target still for 10 s", "frame rate [Hz]", "|e| at 60 s [m, rad]");
+  Panel moving = Panel::labelled("target turning and swinging", "frame rate [Hz]",
+                                 "largest |e|, 32 s to 50 s [m, rad]");
+  Panel still = Panel::labelled("target still for 10 s", "frame rate [Hz]", "|e| at 60 s [m, rad]");
   moving.logX = still.logX = moving.logY = still.logY = true;
   moving.yRange = {0.3, 1000};
   still.yRange = {1e-10, 1000};
@@ -151,15 +128,13 @@ Figure sweepFigure() {
   for (const Variant& variant : {Variant{"coupled law (22)", Law::coupled, LostFrames::unguarded},
                                  Variant{"coupled, guarded", Law::coupled, LostFrames::guarded},
                                  Variant{"cascade, guarded", Law::cascade, LostFrames::guarded}}) {
-    Curve largest = named(variant.name), end = named(variant.name);
+    Curve largest = Curve::named(variant.name), end = Curve::named(variant.name);
     for (const double fps : rates) {
       Experiment experiment = sweepAt(fps, variant.law);
       experiment.lostFrames = variant.lostFrames;
       const Trace trace = simulate(experiment);
-      largest.x.push_back(fps);
-      largest.y.push_back(std::min(trace.largest(32, 50), 999.));
-      end.x.push_back(fps);
-      end.y.push_back(std::clamp(trace.samples.back().e, kLeast, 999.));
+      largest.add(fps, std::min(trace.largest(32, 50), 999.));
+      end.add(fps, std::clamp(trace.samples.back().e, kLeast, 999.));
     }
     moving.curves.push_back(largest);
     still.curves.push_back(end);
@@ -177,13 +152,13 @@ Figure sweepFigure() {
 }
 
 Figure noiseFigure(const ReproduceOptions& options) {
-  Panel depth = panel("", "observer gain ke [1/s]", "rms depth error [mm]");
+  Panel depth = Panel::labelled("", "observer gain ke [1/s]", "rms depth error [mm]");
   depth.logX = depth.logY = true;
-  Curve still = named("still target"), moving = named("moving target"),
-        stillPose = named("pose of each image alone, still", Curve::Style::dashed, 0),
-        movingPose = named("pose of each image alone, moving", Curve::Style::dashed, 1),
-        stillSeen = named("still, rendered images", Curve::Style::points, 0),
-        movingSeen = named("moving, rendered images", Curve::Style::points, 1);
+  Curve still = Curve::named("still target"), moving = Curve::named("moving target"),
+        stillPose = Curve::named("pose of each image alone, still", Curve::Style::dashed, 0),
+        movingPose = Curve::named("pose of each image alone, moving", Curve::Style::dashed, 1),
+        stillSeen = Curve::named("still, rendered images", Curve::Style::points, 0),
+        movingSeen = Curve::named("moving, rendered images", Curve::Style::points, 1);
   still.colour = 0;
   moving.colour = 1;
   for (const double ke : {.7, 1.4, 2.5, 5., 9., 13., 18.}) {
@@ -204,10 +179,7 @@ Figure noiseFigure(const ReproduceOptions& options) {
         errors[isMoving].add(frame.observed, frame.truth, c.points);
         if (frame.fromOneImage) poses[isMoving].add(*frame.fromOneImage, frame.truth, c.points);
       }
-      const auto add = [ke](Curve& curve, const PoseErrors& e) {
-        curve.x.push_back(ke);
-        curve.y.push_back(1e3 * e.depth());
-      };
+      const auto add = [ke](Curve& curve, const PoseErrors& e) { curve.add(ke, 1e3 * e.depth()); };
       add(isRendered ? stillSeen : still, errors[0]);
       add(isRendered ? movingSeen : moving, errors[1]);
       if (isRendered) continue;
@@ -228,24 +200,20 @@ Figure noiseFigure(const ReproduceOptions& options) {
 }
 
 Figure conditionsFigure() {
-  Panel rates = panel("", "observer gain ke [1/s]", "frame rate [Hz]");
+  Panel rates = Panel::labelled("", "observer gain ke [1/s]", "frame rate [Hz]");
   rates.logX = rates.logY = true;
-  Curve observer = named("observer converges, (7)"),
-        regulation = named("regulation with kc = 4 ke converges, (23)"),
-        moving = named("regulation, moving target: some bound, (28b)", Curve::Style::dashed),
-        limit = named("corrections overshoot below, ke/2", Curve::Style::dashed);
+  Curve observer = Curve::named("observer converges, (7)"),
+        regulation = Curve::named("regulation with kc = 4 ke converges, (23)"),
+        moving = Curve::named("regulation, moving target: some bound, (28b)", Curve::Style::dashed),
+        limit = Curve::named("corrections overshoot below, ke/2", Curve::Style::dashed);
   for (double ke = .2; ke < 21; ke *= 1.2) {
     const SampledGains gains{4 * ke, ke, .95, 1e9, 1, 0};
     const auto o = observerConditions(gains);
     const auto r = regulationConditions(gains);
-    const auto add = [ke](Curve& curve, double fps) {
-      curve.x.push_back(ke);
-      curve.y.push_back(fps);
-    };
-    add(observer, o.eq7);
-    add(regulation, *r.eq23);
-    add(moving, r.eq28b);
-    add(limit, o.true_limit_fps);
+    observer.add(ke, o.eq7);
+    regulation.add(ke, *r.eq23);
+    moving.add(ke, r.eq28b);
+    limit.add(ke, o.true_limit_fps);
   }
   rates.curves = {observer, regulation, moving, limit};
   Figure figure;
