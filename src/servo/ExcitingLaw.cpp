@@ -1,8 +1,11 @@
 #include "servo/ExcitingLaw.h"
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+
+#include "robots/limits.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -14,14 +17,46 @@ namespace {
 constexpr double kVague = 0.1, kKnown = 0.05;  // sigma_Z / Z to begin and to end
 constexpr double kTurns_Hz = 0.5;
 
-/// Share of the speed that the null space must have to be used.
-constexpr double kEnough = 0.5;
+/// Share of what the robot can, at most.
+constexpr double kShare = 0.5;
+
+/// Share of the limit for the displacement by the motion itself.
+constexpr double kOwn = 0.5;
 
 /// Twist of the camera by unit velocities of the robot, 6 x n.
 Eigen::MatrixXd cameraJacobian(const CameraRobot& robot) {
   const vpMatrix J = vpMatrix(robot.cVe()) * robot.eJe();
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   return Eigen::Map<const RowMajor>(J.data, J.getRows(), J.getCols());
+}
+
+using Interaction = Eigen::Matrix<double, 2, 6>;
+
+Interaction interaction(double x, double y, double chi) {
+  Interaction L;
+  L << -chi, 0, x * chi, x * y, -1 - x * x, y,  //
+      0, -chi, y * chi, 1 + y * y, -x * y, -x;
+  return L;
+}
+
+/// Greatest share of the step, at most 1, that leads no farther than `reach` from the origin or
+/// than one is already.
+double shareWithin(const Eigen::Vector2d& at, const Eigen::Vector2d& step, double reach) {
+  const double a = step.squaredNorm(), b = at.dot(step);
+  const double c = std::min(0., at.squaredNorm() - reach * reach);
+  if (a == 0) return 1;
+  return std::clamp((std::sqrt(b * b - a * c) - b) / a, 0., 1.);
+}
+
+/// Of all velocities of the robot that move the camera across its axis as wanted [m/s], those by
+/// which the points move least. \param task (2N x 6)
+Eigen::VectorXd gentlest(const Eigen::MatrixXd& J, const Eigen::MatrixXd& task,
+                         const Eigen::Vector2d& wanted) {
+  const Eigen::MatrixXd across = J.topRows<2>();
+  const Eigen::VectorXd velocity = across.completeOrthogonalDecomposition().solve(wanted);
+  const Eigen::MatrixXd byVelocity = task * J, free = across.fullPivLu().kernel();
+  const Eigen::MatrixXd byFree = byVelocity * free;
+  return velocity - free * byFree.completeOrthogonalDecomposition().solve(byVelocity * velocity);
 }
 
 }  // namespace
@@ -31,7 +66,7 @@ ExcitingLaw::ExcitingLaw(std::unique_ptr<ControlLaw> law, const Scenario& scenar
     : law_(std::move(law)),
       features_(features),
       speed_(scenario.control.excite->speed),
-      limit_(scenario.control.excite->limit / scenario.camera.pinhole().focal_px()),
+      reach_(kOwn * scenario.control.excite->limit / scenario.camera.pinhole().focal_px()),
       period_s_(1 / scenario.camera.rate.front()) {}
 
 bool ExcitingLaw::isNeeded() const {
@@ -51,42 +86,60 @@ Eigen::VectorXd ExcitingLaw::command(const ControlInput& now) {
   const Eigen::VectorXd command = law_->command(now);
   const double dt = lastTime_s_ < 0 ? period_s_ : now.time_s - lastTime_s_;
   lastTime_s_ = now.time_s;
+  carryAlong(now.robot, dt);
   isOn_ = isNeeded();
-  return isOn_ ? Eigen::VectorXd(command + excitation(now, dt)) : command;
+  if (isOn_) added_ = excitation(now.robot, dt);
+  return excited(command, now.robot);
 }
 
-Eigen::VectorXd ExcitingLaw::excitation(const ControlInput& now, double dt) {
-  const Eigen::MatrixXd J = cameraJacobian(now.robot);
-  phase_ += 2 * M_PI * kTurns_Hz * dt;
-  Eigen::VectorXd wanted = Eigen::VectorXd::Zero(6);
-  wanted.head<2>() << speed_ * std::cos(phase_), speed_ * std::sin(phase_);
-  Eigen::VectorXd velocity = J.completeOrthogonalDecomposition().solve(wanted);
+std::optional<Eigen::VectorXd> ExcitingLaw::between(const ControlInput& now) {
+  const std::optional<Eigen::VectorXd> command = law_->between(now);
+  if (!command) return command;
+  return excited(*command, now.robot);
+}
 
+Eigen::VectorXd ExcitingLaw::excited(const Eigen::VectorXd& command,
+                                     const CameraRobot& robot) const {
+  if (!isOn_) return command;
+  const Eigen::VectorXd room = robot.velocityLimits() - added_.cwiseAbs();
+  return command * commonFactor(command, room) + added_;
+}
+
+void ExcitingLaw::carryAlong(const CameraRobot& robot, double dt) {
+  const Twist twist = robot.cameraTwist(robot.velocity());
+  const Eigen::Vector3d way = displacement_.head<3>(), turn = displacement_.tail<3>();
+  displacement_.head<3>() -= dt * (twist.angular.cross(way) + twist.linear.cross(turn));
+  displacement_.tail<3>() -= dt * twist.angular.cross(turn);
+}
+
+Eigen::VectorXd ExcitingLaw::excitation(const CameraRobot& robot, double dt) {
+  const Eigen::MatrixXd J = cameraJacobian(robot);
   Eigen::MatrixXd task(2 * static_cast<Eigen::Index>(features_.size()), 6);
-  double largestChi = 0;
   for (std::size_t i = 0; i < features_.size(); ++i) {
     const DepthEstimate& e = features_[i].estimate();
-    const double x = e.x, y = e.y;
-    task.middleRows<2>(static_cast<Eigen::Index>(2 * i)) << -e.chi, 0, x * e.chi, x * y, -1 - x * x,
-        y,  //
-        0, -e.chi, y * e.chi, 1 + y * y, -x * y, -x;
-    largestChi = std::max(largestChi, e.chi + 2 * e.sigma_chi);
+    task.middleRows<2>(static_cast<Eigen::Index>(2 * i)) = interaction(e.x, e.y, e.chi);
   }
-  const Eigen::MatrixXd byVelocity = task * J;
-  const Eigen::VectorXd still =
-      velocity - byVelocity.completeOrthogonalDecomposition().solve(byVelocity * velocity);
-  const double stillSpeed = (J * still).head<3>().norm();
-  if (stillSpeed > kEnough * speed_) return still * (speed_ / stillSpeed);
-
-  const Eigen::Vector3d moved = (J * velocity).head<3>();
-  velocity *= std::min(1., speed_ / std::max(moved.norm(), 1e-9));
-  const double reach = limit_ / largestChi, way = moved.norm() * dt;
-  const double next = (displacement_ + dt * moved).norm();
-  if (next > reach && next > displacement_.norm()) {
-    velocity *= std::clamp((reach - displacement_.norm()) / std::max(way, 1e-12), 0., 1.);
-  }
-  displacement_ += dt * (J * velocity).head<3>();
+  phase_ += 2 * M_PI * kTurns_Hz * dt;
+  const Eigen::Vector2d wanted(speed_ * std::cos(phase_), speed_ * std::sin(phase_));
+  Eigen::VectorXd velocity = gentlest(J, task, wanted);
+  velocity *= std::min(1., speed_ / std::max((J * velocity).head<3>().norm(), 1e-9));
+  velocity *= commonFactor(velocity, kShare * robot.velocityLimits());
+  velocity *= shareWithinLimit(dt * (J * velocity));
+  displacement_ += dt * (J * velocity);
   return velocity;
+}
+
+double ExcitingLaw::shareWithinLimit(const Vector6d& step) const {
+  double share = 1;
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    const DepthEstimate& e = features_[i].estimate();
+    for (const double sign : {-1., 1.}) {
+      const double chi = std::max(0., e.chi + sign * 2 * e.sigma_chi);
+      const Interaction L = interaction(e.x, e.y, chi);
+      share = std::min(share, shareWithin(L * displacement_, L * step, reach_));
+    }
+  }
+  return share;
 }
 
 std::string ExcitingLaw::state() const {

@@ -10,32 +10,40 @@ namespace depthservo {
 /// known: from the moment a point that is unexcited or converging has a sigma_Z above 10 % of Z
 /// until all are below 5 %.
 ///
-/// The motion turns in the image plane at 0.5 Hz. It is taken from the null space of the task where
-/// there is enough of it, so that the points stay where they are; otherwise it displaces them, by
-/// what the greatest chi + 2 sigma_chi of them allows within the declared limit.
+/// The camera circles at 0.5 Hz, and does besides whatever makes the points move least: it keeps
+/// looking at them, which is the null space of the task where there is one. Where the law asks for
+/// more than the robot can, it leaves the motion its share.
+///
+/// By itself the motion may displace a point by half the limit, whatever its depth within two
+/// sigma; the other half is for the task, which takes the displacement back and so carries the
+/// point as far to the other side when the motion turns round.
 class ExcitingLaw : public ControlLaw {
  public:
   ExcitingLaw(std::unique_ptr<ControlLaw> law, const Scenario& scenario,
               const FeaturePointGroup& features);
 
   Eigen::VectorXd command(const ControlInput& now) override;
-  std::optional<Eigen::VectorXd> between(const ControlInput& now) override {
-    return law_->between(now);
-  }
+  std::optional<Eigen::VectorXd> between(const ControlInput& now) override;
   bool usesFeatures() const override { return law_->usesFeatures(); }
   std::string state() const override;
 
  private:
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+
   bool isNeeded() const;
-  Eigen::VectorXd excitation(const ControlInput& now, double dt);
+  Eigen::VectorXd excitation(const CameraRobot& robot, double dt);
+  double shareWithinLimit(const Vector6d& step) const;
+  Eigen::VectorXd excited(const Eigen::VectorXd& command, const CameraRobot& robot) const;
+  void carryAlong(const CameraRobot& robot, double dt);
 
   std::unique_ptr<ControlLaw> law_;
   const FeaturePointGroup& features_;
-  double speed_, limit_;  // [m/s], [-] normalised
+  double speed_, reach_;  // [m/s], [-] normalised
   double period_s_;       // of the images, before the second
   double lastTime_s_ = -1, phase_ = 0;
-  Eigen::Vector3d displacement_ = Eigen::Vector3d::Zero();  // by all excitation [m]
+  Vector6d displacement_ = Vector6d::Zero();  // of the camera by all excitation [m, rad]
   bool isOn_ = false;
+  Eigen::VectorXd added_;  // velocities, while it is on
 };
 
 }  // namespace depthservo
