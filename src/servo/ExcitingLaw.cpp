@@ -88,7 +88,16 @@ Eigen::VectorXd ExcitingLaw::command(const ControlInput& now) {
   lastTime_s_ = now.time_s;
   carryAlong(now.robot, dt);
   isOn_ = isNeeded();
-  if (isOn_) added_ = excitation(now.robot, dt);
+  const Eigen::MatrixXd J = cameraJacobian(now.robot);
+  added_ = Eigen::VectorXd::Zero(command.size());
+  if (isOn_) {
+    added_ = limited(excitation(J, dt), J, now.robot);
+    added_ *= shareWithinLimit(dt * (J * added_));
+  } else if (!law_->usesFeatures()) {
+    const Vector6d back = -displacement_ / dt;
+    added_ = limited(J.completeOrthogonalDecomposition().solve(back), J, now.robot);
+  }
+  displacement_ += dt * (J * added_);
   return excited(command, now.robot);
 }
 
@@ -100,7 +109,7 @@ std::optional<Eigen::VectorXd> ExcitingLaw::between(const ControlInput& now) {
 
 Eigen::VectorXd ExcitingLaw::excited(const Eigen::VectorXd& command,
                                      const CameraRobot& robot) const {
-  if (!isOn_) return command;
+  if (added_.isZero(0)) return command;
   const Eigen::VectorXd room = robot.velocityLimits() - added_.cwiseAbs();
   return command * commonFactor(command, room) + added_;
 }
@@ -112,21 +121,21 @@ void ExcitingLaw::carryAlong(const CameraRobot& robot, double dt) {
   displacement_.tail<3>() -= dt * twist.angular.cross(turn);
 }
 
-Eigen::VectorXd ExcitingLaw::excitation(const CameraRobot& robot, double dt) {
-  const Eigen::MatrixXd J = cameraJacobian(robot);
+Eigen::VectorXd ExcitingLaw::excitation(const Eigen::MatrixXd& J, double dt) {
   Eigen::MatrixXd task(2 * static_cast<Eigen::Index>(features_.size()), 6);
   for (std::size_t i = 0; i < features_.size(); ++i) {
     const DepthEstimate& e = features_[i].estimate();
     task.middleRows<2>(static_cast<Eigen::Index>(2 * i)) = interaction(e.x, e.y, e.chi);
   }
   phase_ += 2 * M_PI * kTurns_Hz * dt;
-  const Eigen::Vector2d wanted(speed_ * std::cos(phase_), speed_ * std::sin(phase_));
-  Eigen::VectorXd velocity = gentlest(J, task, wanted);
-  velocity *= std::min(1., speed_ / std::max((J * velocity).head<3>().norm(), 1e-9));
-  velocity *= commonFactor(velocity, kShare * robot.velocityLimits());
-  velocity *= shareWithinLimit(dt * (J * velocity));
-  displacement_ += dt * (J * velocity);
-  return velocity;
+  return gentlest(J, task, {speed_ * std::cos(phase_), speed_ * std::sin(phase_)});
+}
+
+Eigen::VectorXd ExcitingLaw::limited(const Eigen::VectorXd& velocity, const Eigen::MatrixXd& J,
+                                     const CameraRobot& robot) const {
+  const double speed = (J * velocity).head<3>().norm();
+  const Eigen::VectorXd slow = velocity * std::min(1., speed_ / std::max(speed, 1e-9));
+  return slow * commonFactor(slow, kShare * robot.velocityLimits());
 }
 
 double ExcitingLaw::shareWithinLimit(const Vector6d& step) const {

@@ -16,7 +16,8 @@ namespace depthservo {
 ///
 /// By itself the motion may displace a point by half the limit, whatever its depth within two
 /// sigma; the other half is for the task, which takes the displacement back and so carries the
-/// point as far to the other side when the motion turns round.
+/// point as far to the other side when the motion turns round. A law that does not look at the
+/// points takes nothing back: then the camera returns by itself when the motion ends.
 class ExcitingLaw : public ControlLaw {
  public:
   ExcitingLaw(std::unique_ptr<ControlLaw> law, const Scenario& scenario,
@@ -31,7 +32,9 @@ class ExcitingLaw : public ControlLaw {
   using Vector6d = Eigen::Matrix<double, 6, 1>;
 
   bool isNeeded() const;
-  Eigen::VectorXd excitation(const CameraRobot& robot, double dt);
+  Eigen::VectorXd excitation(const Eigen::MatrixXd& J, double dt);
+  Eigen::VectorXd limited(const Eigen::VectorXd& velocity, const Eigen::MatrixXd& J,
+                          const CameraRobot& robot) const;
   double shareWithinLimit(const Vector6d& step) const;
   Eigen::VectorXd excited(const Eigen::VectorXd& command, const CameraRobot& robot) const;
   void carryAlong(const CameraRobot& robot, double dt);
@@ -43,7 +46,7 @@ class ExcitingLaw : public ControlLaw {
   double lastTime_s_ = -1, phase_ = 0;
   Vector6d displacement_ = Vector6d::Zero();  // of the camera by all excitation [m, rad]
   bool isOn_ = false;
-  Eigen::VectorXd added_;  // velocities, while it is on
+  Eigen::VectorXd added_;  // velocities
 };
 
 }  // namespace depthservo
