@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kVague = 0.1, kKnown = 0.05;  // sigma_Z / Z to begin and to end
 constexpr double kTurns_Hz = 0.5;
+constexpr double kImmobile = 1e-6;  // m/s of the camera across its axis, by 1 m/s or 1 rad/s
 
 /// Share of what the robot can, at most.
 constexpr double kShare = 0.5;
@@ -23,11 +24,21 @@ constexpr double kShare = 0.5;
 /// Share of the limit for the displacement by the motion itself.
 constexpr double kOwn = 0.5;
 
+/// With less than this share of a step left within the limit it is time to turn back.
+constexpr double kBlocked = 0.1;
+
+constexpr double kShortest_s = 1e-6;  // between two images
+
 /// Twist of the camera by unit velocities of the robot, 6 x n.
 Eigen::MatrixXd cameraJacobian(const CameraRobot& robot) {
   const vpMatrix J = vpMatrix(robot.cVe()) * robot.eJe();
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   return Eigen::Map<const RowMajor>(J.data, J.getRows(), J.getCols());
+}
+
+/// As the robot does: all by a common factor.
+Eigen::VectorXd within(const Eigen::VectorXd& limits, const Eigen::VectorXd& velocity) {
+  return velocity * commonFactor(velocity, limits);
 }
 
 using Interaction = Eigen::Matrix<double, 2, 6>;
@@ -83,35 +94,39 @@ bool ExcitingLaw::isNeeded() const {
 }
 
 Eigen::VectorXd ExcitingLaw::command(const ControlInput& now) {
-  const Eigen::VectorXd command = law_->command(now);
-  const double dt = lastTime_s_ < 0 ? period_s_ : now.time_s - lastTime_s_;
+  const Eigen::VectorXd limits = now.robot.velocityLimits();
+  const Eigen::VectorXd command = within(limits, law_->command(now));
+  const double dt = lastTime_s_ < 0 ? period_s_ : std::max(kShortest_s, now.time_s - lastTime_s_);
   lastTime_s_ = now.time_s;
   carryAlong(now.robot, dt);
-  isOn_ = isNeeded();
   const Eigen::MatrixXd J = cameraJacobian(now.robot);
+  isOn_ = isNeeded() && !J.topRows<2>().isZero(kImmobile);
+  const auto step = [&](const Eigen::VectorXd& added) -> Vector6d {
+    return dt * (J * (within(limits, command + added) - command));
+  };
   added_ = Eigen::VectorXd::Zero(command.size());
   if (isOn_) {
-    added_ = limited(excitation(J, dt), J, now.robot);
-    added_ *= shareWithinLimit(dt * (J * added_));
-  } else if (!law_->usesFeatures()) {
-    const Vector6d back = -displacement_ / dt;
-    added_ = limited(J.completeOrthogonalDecomposition().solve(back), J, now.robot);
+    added_ = limited(excitation(J, dt), J, limits);
+    const double share = shareWithinLimit(step(added_));
+    isReturning_ |= share < kBlocked;
+    added_ *= share;
+  } else {
+    isReturning_ = !law_->usesFeatures();
   }
-  displacement_ += dt * (J * added_);
-  return excited(command, now.robot);
+  if (isReturning_) {
+    const Eigen::VectorXd back = J.completeOrthogonalDecomposition().solve(-displacement_ / dt);
+    added_ = limited(back, J, limits);
+    isReturning_ = added_ != back;
+  }
+  displacement_ += step(added_);
+  return within(limits, command + added_);
 }
 
 std::optional<Eigen::VectorXd> ExcitingLaw::between(const ControlInput& now) {
   const std::optional<Eigen::VectorXd> command = law_->between(now);
   if (!command) return command;
-  return excited(*command, now.robot);
-}
-
-Eigen::VectorXd ExcitingLaw::excited(const Eigen::VectorXd& command,
-                                     const CameraRobot& robot) const {
-  if (added_.isZero(0)) return command;
-  const Eigen::VectorXd room = robot.velocityLimits() - added_.cwiseAbs();
-  return command * commonFactor(command, room) + added_;
+  const Eigen::VectorXd limits = now.robot.velocityLimits();
+  return within(limits, within(limits, *command) + added_);
 }
 
 void ExcitingLaw::carryAlong(const CameraRobot& robot, double dt) {
@@ -132,10 +147,10 @@ Eigen::VectorXd ExcitingLaw::excitation(const Eigen::MatrixXd& J, double dt) {
 }
 
 Eigen::VectorXd ExcitingLaw::limited(const Eigen::VectorXd& velocity, const Eigen::MatrixXd& J,
-                                     const CameraRobot& robot) const {
+                                     const Eigen::VectorXd& limits) const {
   const double speed = (J * velocity).head<3>().norm();
   const Eigen::VectorXd slow = velocity * std::min(1., speed_ / std::max(speed, 1e-9));
-  return slow * commonFactor(slow, kShare * robot.velocityLimits());
+  return within(kShare * limits, slow);
 }
 
 double ExcitingLaw::shareWithinLimit(const Vector6d& step) const {

@@ -10,14 +10,15 @@ namespace depthservo {
 /// known: from the moment a point that is unexcited or converging has a sigma_Z above 10 % of Z
 /// until all are below 5 %.
 ///
-/// The camera circles at 0.5 Hz, and does besides whatever makes the points move least: it keeps
-/// looking at them, which is the null space of the task where there is one. Where the law asks for
-/// more than the robot can, it leaves the motion its share.
+/// The camera circles at 0.5 Hz, and of all velocities that do this the robot takes those by which
+/// the points move least: a free camera keeps looking at them, which is the null space of the task
+/// where there is one. A task that asks for more than the robot can is slowed down first, so that
+/// the circle keeps its speed.
 ///
-/// By itself the motion may displace a point by half the limit, whatever its depth within two
-/// sigma; the other half is for the task, which takes the displacement back and so carries the
-/// point as far to the other side when the motion turns round. A law that does not look at the
-/// points takes nothing back: then the camera returns by itself when the motion ends.
+/// By itself the motion displaces a point by at most half the limit, whatever its depth within two
+/// sigma, and turns back there; the other half is for the task, which takes the displacement back
+/// and so carries the point as far to the other side when the motion turns round. A law that does
+/// not look at the points takes nothing back: there the camera returns when the motion ends.
 class ExcitingLaw : public ControlLaw {
  public:
   ExcitingLaw(std::unique_ptr<ControlLaw> law, const Scenario& scenario,
@@ -34,9 +35,8 @@ class ExcitingLaw : public ControlLaw {
   bool isNeeded() const;
   Eigen::VectorXd excitation(const Eigen::MatrixXd& J, double dt);
   Eigen::VectorXd limited(const Eigen::VectorXd& velocity, const Eigen::MatrixXd& J,
-                          const CameraRobot& robot) const;
+                          const Eigen::VectorXd& limits) const;
   double shareWithinLimit(const Vector6d& step) const;
-  Eigen::VectorXd excited(const Eigen::VectorXd& command, const CameraRobot& robot) const;
   void carryAlong(const CameraRobot& robot, double dt);
 
   std::unique_ptr<ControlLaw> law_;
@@ -45,7 +45,7 @@ class ExcitingLaw : public ControlLaw {
   double period_s_;       // of the images, before the second
   double lastTime_s_ = -1, phase_ = 0;
   Vector6d displacement_ = Vector6d::Zero();  // of the camera by all excitation [m, rad]
-  bool isOn_ = false;
+  bool isOn_ = false, isReturning_ = false;
   Eigen::VectorXd added_;  // velocities
 };
 
