@@ -22,7 +22,7 @@ constexpr double kImmobile = 1e-6;  // m/s of the camera across its axis, by 1 m
 constexpr double kShare = 0.5;
 
 /// Share of the limit for the displacement by the motion itself.
-constexpr double kOwn = 0.5;
+constexpr double kOwn = 1. / 3;
 
 /// With less than this share of a step left within the limit it is time to turn back.
 constexpr double kBlocked = 0.1;
@@ -124,7 +124,7 @@ Eigen::VectorXd ExcitingLaw::command(const ControlInput& now) {
 
 std::optional<Eigen::VectorXd> ExcitingLaw::between(const ControlInput& now) {
   const std::optional<Eigen::VectorXd> command = law_->between(now);
-  if (!command) return command;
+  if (!command || added_.size() == 0) return command;
   const Eigen::VectorXd limits = now.robot.velocityLimits();
   return within(limits, within(limits, *command) + added_);
 }

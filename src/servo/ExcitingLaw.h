@@ -15,10 +15,11 @@ namespace depthservo {
 /// where there is one. A task that asks for more than the robot can is slowed down first, so that
 /// the circle keeps its speed.
 ///
-/// By itself the motion displaces a point by at most half the limit, whatever its depth within two
-/// sigma, and turns back there; the other half is for the task, which takes the displacement back
-/// and so carries the point as far to the other side when the motion turns round. A law that does
-/// not look at the points takes nothing back: there the camera returns when the motion ends.
+/// By itself the motion displaces a point by at most a third of the limit, whatever its depth
+/// within two sigma, and turns back there. The rest is for the task, which takes the displacement
+/// back and so carries the point to the other side when the motion turns round, and for drives that
+/// lag. A law that does not look at the points takes nothing back: there the camera returns at the
+/// end.
 class ExcitingLaw : public ControlLaw {
  public:
   ExcitingLaw(std::unique_ptr<ControlLaw> law, const Scenario& scenario,
@@ -46,7 +47,7 @@ class ExcitingLaw : public ControlLaw {
   double lastTime_s_ = -1, phase_ = 0;
   Vector6d displacement_ = Vector6d::Zero();  // of the camera by all excitation [m, rad]
   bool isOn_ = false, isReturning_ = false;
-  Eigen::VectorXd added_;  // velocities
+  Eigen::VectorXd added_;  // velocities, n; none before the first command
 };
 
 }  // namespace depthservo

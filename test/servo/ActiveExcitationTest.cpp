@@ -156,7 +156,7 @@ std::vector<Case> cases() {
 
 TEST(ActiveExcitation, moves_no_point_by_more_than_its_limit) {
   test::Random random(1);
-  for (unsigned seed = 1; seed <= 30; ++seed) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
     for (const Case& one : cases()) {
       const double limit = std::exp(random.uniform(std::log(2.), std::log(40.)));
       const double speed = random.uniform(.02, .2);
