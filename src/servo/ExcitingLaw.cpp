@@ -1,20 +1,56 @@
 #include "servo/ExcitingLaw.h"
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "features/pointInteraction.h"
 #include "robots/cameraJacobian.h"
+#include "robots/limits.h"
 
 namespace depthservo {
 namespace {
 
 constexpr double kVague = 0.1, kKnown = 0.05;  // sigma_Z / Z to begin and to end
 constexpr double kTurns_Hz = 0.5;
+constexpr double kImmobile = 1e-6;  // m/s of the camera across its axis, by 1 m/s or 1 rad/s
 
-/// Share of the speed that the null space must have to be used.
-constexpr double kEnough = 0.5;
+/// Share of what the robot can, at most.
+constexpr double kShare = 0.5;
+
+/// Share of the limit for the displacement by the motion itself.
+constexpr double kOwn = 1. / 3;
+
+/// With less than this share of a step left within the limit it is time to turn back.
+constexpr double kBlocked = 0.1;
+
+constexpr double kShortest_s = 1e-6;  // between two images
+
+/// As the robot does: all by a common factor.
+Eigen::VectorXd within(const Eigen::VectorXd& limits, const Eigen::VectorXd& velocity) {
+  return velocity * commonFactor(velocity, limits);
+}
+
+/// Greatest share of the step, at most 1, that leads no farther than `reach` from the origin or
+/// than one is already.
+double shareWithin(const Eigen::Vector2d& at, const Eigen::Vector2d& step, double reach) {
+  const double a = step.squaredNorm(), b = at.dot(step);
+  const double c = std::min(0., at.squaredNorm() - reach * reach);
+  if (a == 0) return 1;
+  return std::clamp((std::sqrt(b * b - a * c) - b) / a, 0., 1.);
+}
+
+/// Of all velocities of the robot that move the camera across its axis as wanted [m/s], those by
+/// which the points move least. \param task (2N x 6)
+Eigen::VectorXd gentlest(const Eigen::MatrixXd& J, const Eigen::MatrixXd& task,
+                         const Eigen::Vector2d& wanted) {
+  const Eigen::MatrixXd across = J.topRows<2>();
+  const Eigen::VectorXd velocity = across.completeOrthogonalDecomposition().solve(wanted);
+  const Eigen::MatrixXd byVelocity = task * J, free = across.fullPivLu().kernel();
+  const Eigen::MatrixXd byFree = byVelocity * free;
+  return velocity - free * byFree.completeOrthogonalDecomposition().solve(byVelocity * velocity);
+}
 
 }  // namespace
 
@@ -23,7 +59,7 @@ ExcitingLaw::ExcitingLaw(std::unique_ptr<ControlLaw> law, const Scenario& scenar
     : law_(std::move(law)),
       features_(features),
       speed_(scenario.control.excite->speed),
-      limit_(scenario.control.excite->limit / scenario.camera.pinhole().focal_px()),
+      reach_(kOwn * scenario.control.excite->limit / scenario.camera.pinhole().focal_px()),
       period_s_(1 / scenario.camera.rate.front()) {}
 
 bool ExcitingLaw::isNeeded() const {
@@ -40,42 +76,76 @@ bool ExcitingLaw::isNeeded() const {
 }
 
 Eigen::VectorXd ExcitingLaw::command(const ControlInput& now) {
-  const Eigen::VectorXd command = law_->command(now);
-  const double dt = lastTime_s_ < 0 ? period_s_ : now.time_s - lastTime_s_;
+  const Eigen::VectorXd limits = now.robot.velocityLimits();
+  const Eigen::VectorXd command = within(limits, law_->command(now));
+  const double dt = lastTime_s_ < 0 ? period_s_ : std::max(kShortest_s, now.time_s - lastTime_s_);
   lastTime_s_ = now.time_s;
-  isOn_ = isNeeded();
-  return isOn_ ? Eigen::VectorXd(command + excitation(now, dt)) : command;
+  carryAlong(now.robot, dt);
+  const Eigen::MatrixXd J = cameraJacobian(now.robot);
+  isOn_ = isNeeded() && !J.topRows<2>().isZero(kImmobile);
+  const auto step = [&](const Eigen::VectorXd& added) -> Vector6d {
+    return dt * (J * (within(limits, command + added) - command));
+  };
+  added_ = Eigen::VectorXd::Zero(command.size());
+  if (isOn_) {
+    added_ = limited(excitation(J, dt), J, limits);
+    const double share = shareWithinLimit(step(added_));
+    isReturning_ |= share < kBlocked;
+    added_ *= share;
+  } else {
+    isReturning_ = !law_->usesFeatures();
+  }
+  if (isReturning_) {
+    const Eigen::VectorXd back = J.completeOrthogonalDecomposition().solve(-displacement_ / dt);
+    added_ = limited(back, J, limits);
+    isReturning_ = added_ != back;
+  }
+  displacement_ += step(added_);
+  return within(limits, command + added_);
 }
 
-Eigen::VectorXd ExcitingLaw::excitation(const ControlInput& now, double dt) {
-  const Eigen::MatrixXd J = cameraJacobian(now.robot);
-  phase_ += 2 * M_PI * kTurns_Hz * dt;
-  Eigen::VectorXd wanted = Eigen::VectorXd::Zero(6);
-  wanted.head<2>() << speed_ * std::cos(phase_), speed_ * std::sin(phase_);
-  Eigen::VectorXd velocity = J.completeOrthogonalDecomposition().solve(wanted);
+std::optional<Eigen::VectorXd> ExcitingLaw::between(const ControlInput& now) {
+  const std::optional<Eigen::VectorXd> command = law_->between(now);
+  if (!command || added_.size() == 0) return command;
+  const Eigen::VectorXd limits = now.robot.velocityLimits();
+  return within(limits, within(limits, *command) + added_);
+}
 
+void ExcitingLaw::carryAlong(const CameraRobot& robot, double dt) {
+  const Twist twist = robot.cameraTwist(robot.velocity());
+  const Eigen::Vector3d way = displacement_.head<3>(), turn = displacement_.tail<3>();
+  displacement_.head<3>() -= dt * (twist.angular.cross(way) + twist.linear.cross(turn));
+  displacement_.tail<3>() -= dt * twist.angular.cross(turn);
+}
+
+Eigen::VectorXd ExcitingLaw::excitation(const Eigen::MatrixXd& J, double dt) {
   Eigen::MatrixXd task(2 * static_cast<Eigen::Index>(features_.size()), 6);
-  double largestChi = 0;
   for (std::size_t i = 0; i < features_.size(); ++i) {
     const DepthEstimate& e = features_[i].estimate();
     task.middleRows<2>(static_cast<Eigen::Index>(2 * i)) = pointInteraction({e.x, e.y, e.chi});
-    largestChi = std::max(largestChi, e.chi + 2 * e.sigma_chi);
   }
-  const Eigen::MatrixXd byVelocity = task * J;
-  const Eigen::VectorXd still =
-      velocity - byVelocity.completeOrthogonalDecomposition().solve(byVelocity * velocity);
-  const double stillSpeed = (J * still).head<3>().norm();
-  if (stillSpeed > kEnough * speed_) return still * (speed_ / stillSpeed);
+  phase_ += 2 * M_PI * kTurns_Hz * dt;
+  return gentlest(J, task, {speed_ * std::cos(phase_), speed_ * std::sin(phase_)});
+}
 
-  const Eigen::Vector3d moved = (J * velocity).head<3>();
-  velocity *= std::min(1., speed_ / std::max(moved.norm(), 1e-9));
-  const double reach = limit_ / largestChi, way = moved.norm() * dt;
-  const double next = (displacement_ + dt * moved).norm();
-  if (next > reach && next > displacement_.norm()) {
-    velocity *= std::clamp((reach - displacement_.norm()) / std::max(way, 1e-12), 0., 1.);
+Eigen::VectorXd ExcitingLaw::limited(const Eigen::VectorXd& velocity, const Eigen::MatrixXd& J,
+                                     const Eigen::VectorXd& limits) const {
+  const double speed = (J * velocity).head<3>().norm();
+  const Eigen::VectorXd slow = velocity * std::min(1., speed_ / std::max(speed, 1e-9));
+  return within(kShare * limits, slow);
+}
+
+double ExcitingLaw::shareWithinLimit(const Vector6d& step) const {
+  double share = 1;
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    const DepthEstimate& e = features_[i].estimate();
+    for (const double sign : {-1., 1.}) {
+      const double chi = std::max(0., e.chi + sign * 2 * e.sigma_chi);
+      const Eigen::Matrix<double, 2, 6> L = pointInteraction({e.x, e.y, chi});
+      share = std::min(share, shareWithin(L * displacement_, L * step, reach_));
+    }
   }
-  displacement_ += dt * (J * velocity).head<3>();
-  return velocity;
+  return share;
 }
 
 std::string ExcitingLaw::state() const {

@@ -10,32 +10,44 @@ namespace depthservo {
 /// known: from the moment a point that is unexcited or converging has a sigma_Z above 10 % of Z
 /// until all are below 5 %.
 ///
-/// The motion turns in the image plane at 0.5 Hz. It is taken from the null space of the task where
-/// there is enough of it, so that the points stay where they are; otherwise it displaces them, by
-/// what the greatest chi + 2 sigma_chi of them allows within the declared limit.
+/// The camera circles at 0.5 Hz, and of all velocities that do this the robot takes those by which
+/// the points move least: a free camera keeps looking at them, which is the null space of the task
+/// where there is one. A task that asks for more than the robot can is slowed down first, so that
+/// the circle keeps its speed.
+///
+/// By itself the motion displaces a point by at most a third of the limit, whatever its depth
+/// within two sigma, and turns back there. The rest is for the task, which takes the displacement
+/// back and so carries the point to the other side when the motion turns round, and for drives that
+/// lag. A law that does not look at the points takes nothing back: there the camera returns at the
+/// end.
 class ExcitingLaw : public ControlLaw {
  public:
   ExcitingLaw(std::unique_ptr<ControlLaw> law, const Scenario& scenario,
               const FeaturePointGroup& features);
 
   Eigen::VectorXd command(const ControlInput& now) override;
-  std::optional<Eigen::VectorXd> between(const ControlInput& now) override {
-    return law_->between(now);
-  }
+  std::optional<Eigen::VectorXd> between(const ControlInput& now) override;
   bool usesFeatures() const override { return law_->usesFeatures(); }
   std::string state() const override;
 
  private:
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+
   bool isNeeded() const;
-  Eigen::VectorXd excitation(const ControlInput& now, double dt);
+  Eigen::VectorXd excitation(const Eigen::MatrixXd& J, double dt);
+  Eigen::VectorXd limited(const Eigen::VectorXd& velocity, const Eigen::MatrixXd& J,
+                          const Eigen::VectorXd& limits) const;
+  double shareWithinLimit(const Vector6d& step) const;
+  void carryAlong(const CameraRobot& robot, double dt);
 
   std::unique_ptr<ControlLaw> law_;
   const FeaturePointGroup& features_;
-  double speed_, limit_;  // [m/s], [-] normalised
+  double speed_, reach_;  // [m/s], [-] normalised
   double period_s_;       // of the images, before the second
   double lastTime_s_ = -1, phase_ = 0;
-  Eigen::Vector3d displacement_ = Eigen::Vector3d::Zero();  // by all excitation [m]
-  bool isOn_ = false;
+  Vector6d displacement_ = Vector6d::Zero();  // of the camera by all excitation [m, rad]
+  bool isOn_ = false, isReturning_ = false;
+  Eigen::VectorXd added_;  // velocities, n; none before the first command
 };
 
 }  // namespace depthservo

@@ -70,6 +70,7 @@ TEST(OmniBase, movesExactlyAsTold) {
 TEST(OmniBase, limitsScaleAllThreeAndRubbishStopsIt) {
   OmniBase robot({0.1, 0, 0.3});
   robot.setLimits({0.1, 0.1, 1});
+  EXPECT_EQ(robot.velocityLimits(), Eigen::Vector3d(0.1, 0.1, 1));
   const Eigen::Vector3d command(0.1, -0.4, 0.2);
   EXPECT_MATRIX_NEAR(robot.drive(command, 0.1), (command / 4).eval(), 1e-15);
   EXPECT_EQ(robot.drive(Eigen::Vector2d(1, 1), 0.1).norm(), 0);

@@ -1,9 +1,7 @@
 // Runs that judge their own sensors, along scenarios in which all six degrees of freedom move.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "depthservo/servo/Metrics.h"
 #include "depthservo/servo/ServoLoop.h"
@@ -84,62 +82,6 @@ TEST(SelfDiagnosis, forecasts_the_frames_that_are_still_needed) {
     EXPECT_GT(3 * needed + 3, forecast);
   }
   EXPECT_EQ(log.frames.back().features[0].frames_to_5pct, 0);
-}
-
-/// Frames until every depth is within 5 % of the truth and known to be; all frames when they never
-/// are.
-std::size_t framesTo5Percent(const RunLog& log) {
-  std::set<int> isWaiting{0, 1, 2, 3};
-  for (std::size_t k = 0; k < log.frames.size(); ++k) {
-    for (const FeatureRecord& feature : log.frames[k].features) {
-      const bool isNear = std::abs(feature.estimate.Z() / feature.Z_true - 1) < .05;
-      if (isNear && feature.frames_to_5pct == 0) isWaiting.erase(feature.id);
-    }
-    if (isWaiting.empty()) return k;
-  }
-  return log.frames.size();
-}
-
-TEST(ActiveExcitation, halves_the_frames_to_5_percent_where_the_task_tells_little) {
-  std::vector<double> with, without;
-  for (unsigned seed = 1; seed <= 9; ++seed) {
-    const std::vector<std::string> excited = {seeded(seed), "duration=12", "expect=null"};
-    std::vector<std::string> plain = excited;
-    plain.emplace_back("control.excite=null");
-    with.push_back(static_cast<double>(framesTo5Percent(run(kApproach, excited))));
-    without.push_back(static_cast<double>(framesTo5Percent(run(kApproach, plain))));
-  }
-  std::sort(with.begin(), with.end());
-  std::sort(without.begin(), without.end());
-  EXPECT_LE(with[4], .5 * without[4]) << "medians, of " << with[4] << " and " << without[4];
-}
-
-TEST(ActiveExcitation, moves_no_point_by_more_than_its_limit_and_ends) {
-  for (const double limit : {40., 2.}) {
-    const RunLog with = run(kApproach, {"control.excite.limit=" + std::to_string(limit)});
-    const RunLog without = run(kApproach, {"control.excite=null", "expect=null"});
-    EXPECT_EQ(with.outcome, Outcome::converged);
-    double farthest = 0;
-    for (std::size_t k = 0; k < std::min(with.frames.size(), without.frames.size()); ++k) {
-      for (std::size_t i = 0; i < 4; ++i) {
-        const FeatureRecord &a = with.frames[k].features[i], &b = without.frames[k].features[i];
-        farthest = std::max(farthest, std::hypot(a.u_true - b.u_true, a.v_true - b.v_true));
-      }
-    }
-    EXPECT_LT(farthest, limit);
-    EXPECT_GT(farthest, .5);
-    std::vector<std::string> excitation;
-    for (const Event& event : with.events) {
-      if (event.what.find("active excitation") == 0) excitation.push_back(event.what);
-    }
-    ASSERT_EQ(excitation.size(), 2u);
-    EXPECT_NE(excitation[1].find("ended"), std::string::npos);
-  }
-}
-
-TEST(ActiveExcitation, is_silent_when_the_depths_are_known) {
-  const RunLog log = run(kApproach, {"depth.estimator=true"});
-  for (const Event& event : log.events) ADD_FAILURE() << event.time_s << " s: " << event.what;
 }
 
 TEST(ServoDepth, blended_takes_the_depth_at_the_goal_while_nothing_is_known) {

@@ -26,6 +26,9 @@ class CameraRobot {
   /// Velocities applied by the last `drive`; n zeros before.
   virtual Eigen::VectorXd velocity() const = 0;
 
+  /// Greatest size of each velocity, n; infinite where there is no limit.
+  virtual Eigen::VectorXd velocityLimits() const = 0;
+
   /// What the n velocities are, with their units: "v [m/s]".
   virtual std::vector<std::string> velocityNames() const = 0;
 

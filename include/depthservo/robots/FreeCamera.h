@@ -19,6 +19,7 @@ class FreeCamera : public CameraRobot {
 
   Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
+  Eigen::VectorXd velocityLimits() const override { return limits_; }
   std::vector<std::string> velocityNames() const override {
     return {"vx [m/s]", "vy [m/s]", "vz [m/s]", "wx [rad/s]", "wy [rad/s]", "wz [rad/s]"};
   }

@@ -51,6 +51,7 @@ class MobileManipulator : public CameraRobot {
 
   Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
+  Eigen::VectorXd velocityLimits() const override { return limits_; }
   std::vector<std::string> velocityNames() const override;
   Eigen::Vector3d floorPose() const override { return {state_.x, state_.y, state_.theta}; }
   Twist cameraTwist(const Eigen::VectorXd& velocity) const override;

@@ -53,6 +53,7 @@ class PanUnicycle : public CameraRobot {
 
   Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
+  Eigen::VectorXd velocityLimits() const override { return limits_.velocity; }
   std::vector<std::string> velocityNames() const override {
     return {"v [m/s]", "w [rad/s]", "pan [rad/s]"};
   }

@@ -47,6 +47,7 @@ class UnicycleCamera : public DEPTHSERVO_VISP vpUnicycle, public CameraRobot {
 
   Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
+  Eigen::VectorXd velocityLimits() const override { return Eigen::Vector2d(limits_.v, limits_.w); }
   std::vector<std::string> velocityNames() const override { return {"v [m/s]", "w [rad/s]"}; }
   Eigen::Vector3d floorPose() const override { return {pose_.x, pose_.y, pose_.theta}; }
   Twist cameraTwist(const Eigen::VectorXd& velocity) const override;

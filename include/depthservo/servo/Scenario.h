@@ -220,7 +220,7 @@ struct Scenario {
   /// Motion that is added to learn depths; see doc/estimators.md.
   struct Excite {
     double speed = 0.05;  ///< of the camera across the line of sight [m/s]
-    double limit = 40;    ///< by which it may move a point in the image [px]
+    double limit = 40;    ///< by which it may displace a point in the image while it lasts [px]
   };
 
   struct Control {
