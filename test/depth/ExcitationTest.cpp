@@ -41,7 +41,7 @@ TEST(Excitation, motionAcrossTheLineOfSightIsOnlyTooSlow) {
 }
 
 TEST(Excitation, translationTellsNoFocalLength) {
-  EXPECT_EQ(after({{.1, 0, .1}, {}}).ofFocal(.1, .2), Hindrance::noRotation);
+  EXPECT_EQ(after({{.1, 0, .1}, {0, 0, 0}}).ofFocal(.1, .2), Hindrance::noRotation);
   EXPECT_EQ(describe(Hindrance::noRotation, 0), "no rotation");
 }
 
