@@ -37,7 +37,7 @@ TEST(Excitation, motionTowardsAPointIsAlongItsLineOfSightAndNotThatOfOthers) {
 }
 
 TEST(Excitation, motionAcrossTheLineOfSightIsOnlyTooSlow) {
-  EXPECT_EQ(after({{.003, 0, 0}, {}}).ofDepth(0, 0), Hindrance::tooSlow);
+  EXPECT_EQ(after({{.003, 0, 0}, {0, 0, 0}}).ofDepth(0, 0), Hindrance::tooSlow);
 }
 
 TEST(Excitation, translationTellsNoFocalLength) {
@@ -68,7 +68,7 @@ TEST(Excitation, acrossIsTheSpeedPerpendicularToTheLineOfSightTimesDepth) {
 }
 
 TEST(Excitation, speaksOfTheLastSecondOnly) {
-  Excitation excitation = after({{.2, 0, 0}, {}});
+  Excitation excitation = after({{.2, 0, 0}, {0, 0, 0}});
   for (int i = 0; i < 300; ++i) {
     excitation.add(Motion::fromTwist({{0, 0, 0}, {0, .1, 0}}, kDt));
   }
@@ -76,12 +76,12 @@ TEST(Excitation, speaksOfTheLastSecondOnly) {
 }
 
 TEST(Excitation, unusableMotionIsIgnored) {
-  Excitation excitation = after({{.2, 0, 0}, {}});
+  Excitation excitation = after({{.2, 0, 0}, {0, 0, 0}});
   const double speed = excitation.speed();
   const double bad = std::numeric_limits<double>::quiet_NaN();
-  excitation.add(Motion::fromTwist({{bad, 0, 0}, {}}, kDt));
-  excitation.add(Motion::fromTwist({{1, 0, 0}, {}}, -1));
-  excitation.add(Motion::fromTwist({{1e200, 0, 0}, {}}, kDt));
+  excitation.add(Motion::fromTwist({{bad, 0, 0}, {0, 0, 0}}, kDt));
+  excitation.add(Motion::fromTwist({{1, 0, 0}, {0, 0, 0}}, -1));
+  excitation.add(Motion::fromTwist({{1e200, 0, 0}, {0, 0, 0}}, kDt));
   EXPECT_EQ(excitation.speed(), speed);
 }
 
