@@ -228,9 +228,9 @@ DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noi
       e.status = e.sigma_xy > options.lost_sigma ? DepthStatus::lost : DepthStatus::rejected;
       break;
     default:
-      e.status = !excited()                                  ? DepthStatus::unexcited
-                 : e.sigma_chi < kValidRelativeSigma * e.chi ? DepthStatus::valid
-                                                             : DepthStatus::converging;
+      e.status = !excited()                          ? DepthStatus::unexcited
+                 : range.isFound(e.chi, e.sigma_chi) ? DepthStatus::valid
+                                                     : DepthStatus::converging;
   }
   return e;
 }

@@ -131,7 +131,7 @@ DepthEstimate NonlinearDepthObserver::estimate() const {
   e.sigma_chi = std::min(std::sqrt(std::max(0.0, predicted_.cc)), DepthPrior::kLargestSigma_chi);
   e.sigma_xy = std::min(std::sqrt(std::max(0.0, predicted_.ll)), PointMeasurement::kLargestSigma);
   e.excitation = W_;
-  e.status = statusOf(phase_, isExcited(), isDepthFound(e.chi, e.sigma_chi, range_));
+  e.status = statusOf(phase_, isExcited(), range_.isFound(e.chi, e.sigma_chi));
   return e;
 }
 

@@ -264,7 +264,7 @@ DepthEstimate ObjectDepthObserver::estimate(int id) const {
       std::min(std::sqrt(std::max(0.0, positionVariance(*point))), PointMeasurement::kLargestSigma);
   e.excitation = point->W;
   const bool isExcited = W_ > kNoExcitation && window_.isExcited();
-  e.status = statusOf(point->phase, isExcited, isDepthFound(e.chi, e.sigma_chi, range_));
+  e.status = statusOf(point->phase, isExcited, range_.isFound(e.chi, e.sigma_chi));
   return e;
 }
 

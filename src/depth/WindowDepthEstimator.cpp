@@ -195,8 +195,8 @@ bool WindowDepthEstimator::isWorthTaking(const WindowFit& fit) const {
 
 DepthStatus WindowDepthEstimator::measuredStatus() const {
   if (isTaken_) {
-    const bool isKnown = estimate_.sigma_chi < kValidRelativeSigma * estimate_.chi;
-    return isKnown ? DepthStatus::valid : DepthStatus::converging;
+    const bool isFound = range_.isFound(estimate_.chi, estimate_.sigma_chi);
+    return isFound ? DepthStatus::valid : DepthStatus::converging;
   }
   const bool isLearning = !isLearnt_ && fit_.degeneracy != WindowDegeneracy::noBaseline;
   return isLearning ? DepthStatus::converging : DepthStatus::unexcited;

@@ -166,6 +166,24 @@ TEST_P(DepthEstimatorContract, depthThatCannotBeMeantIsNotFused) {
   }
 }
 
+TEST_P(DepthEstimatorContract, depthHeldAtTheEndOfItsRangeIsNotCalledValid) {
+  const DepthRange range{.1, 2};  // the point is at 3 m
+  const auto estimator = GetParam().make(range);
+  StillPoint point = StillPoint::at(-.2, .1, 3);
+  estimator->reset(point.measured(1e-4), {1});
+  for (int i = 0; i < 300; ++i) {
+    const Twist twist{{.3 * std::cos(i / 20.), .3 * std::sin(i / 20.), 0}, {0, 0, 0}};
+    point.move(twist, 1. / 30);
+    estimator->predict(Motion::fromTwist(twist, 1. / 30));
+    estimator->correct(point.measured(1e-4));
+  }
+  const DepthEstimate e = estimator->estimate();
+  EXPECT_NE(e.status, DepthStatus::valid);
+  if (!GetParam().keepsWhatItIsTold) {
+    EXPECT_NEAR(e.Z(), range.Z_max, 1e-9);
+  }
+}
+
 TEST_P(DepthEstimatorContract, resetForgetsThePast) {
   const auto used = GetParam().make({}), fresh = GetParam().make({});
   used->reset({.1, .1, 1e-3}, {2});

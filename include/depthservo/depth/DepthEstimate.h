@@ -47,6 +47,12 @@ struct DepthRange {
     if (!(chi * Z_max > 1)) return 1 / Z_max;
     return chi * Z_min < 1 ? chi : 1 / Z_min;
   }
+
+  /// Whether a depth is accurate and not merely held at an end of the range.
+  bool isFound(double chi, double sigma_chi) const {
+    const bool isHeld = !(chi > 1 / Z_max) || chi >= 1 / Z_min;
+    return !isHeld && sigma_chi < kValidRelativeSigma * chi;
+  }
 };
 
 /// What is known of a depth before the first image. The default sigma is wide enough (1/0.2 m) that

@@ -29,12 +29,6 @@ inline DepthStatus statusOf(ObserverPhase phase, bool isExcited, bool isFound) {
   return isFound ? DepthStatus::valid : DepthStatus::converging;
 }
 
-/// Whether a depth is accurate and not merely held at an end of its range.
-inline bool isDepthFound(double chi, double sigma_chi, const DepthRange& range) {
-  const bool isHeld = chi <= range.clampChi(0) || chi * range.Z_min >= 1;
-  return !isHeld && sigma_chi < kValidRelativeSigma * chi;
-}
-
 /// wn times the settling time to 2 % of s^2 + 2 wn s + wn^2.
 constexpr double kSettling = 5.83;
 
