@@ -11,7 +11,7 @@ namespace depthservo::detail {
 /// A camera motion as the kernel reads it.
 struct FilterStep {
   double R11, R12, R13, R21, R22, R23, R31, R32, R33, t1, t2, t3;
-  double variance_t, variance_theta, rho;
+  double variance_t, variance_theta, rho, pull;
 
   FilterStep(const Motion& m, const OdometryNoise::Step& noise)
       : R11(m.R(0, 0)),
@@ -28,7 +28,8 @@ struct FilterStep {
         t3(m.t(2)),
         variance_t(noise.variance_t),
         variance_theta(noise.variance_theta),
-        rho(noise.rho) {}
+        rho(noise.rho),
+        pull(noise.pull) {}
 };
 
 /// No update can be trusted to leave less of a variance than this share: rounding.
@@ -38,6 +39,7 @@ template <class T>
 struct FilterState {
   T x, y, c;
   T xx, xy, xc, yy, yc, cc;
+  T pull{};  ///< OdometryNoise::Step::pull since the last correction
 };
 
 /// Derivative of the flow: row x, row y, row chi.
@@ -102,6 +104,7 @@ DEPTHSERVO_INLINE void predictState(const FilterStep& m, const FilterState<T>& s
   n.yy = Ayx * F.yx + Ayy * F.yy + Ayc * ycRho + k * y1 + q * (y1 * y1 + x2 * y2 + x2);
   n.yc = Ayx * F.cx + Ayy * F.cy + Ayc * F.cc + across * (c * y);
   n.cc = Acx * F.cx + Acy * F.cy + Acc * F.cc + c * c * (k + q * (x2 + y2));
+  n.pull = s.pull + m.pull;
   next.size = x2 + y2 + c * c + n.xx + n.yy + n.cc;
 }
 
@@ -128,7 +131,15 @@ struct FilterGain {
   T xx, xy, yx, yy, cx, cy;
 };
 
+/// Relative sigma of chi, squared, below which the pull of measured noise is taken back: further
+/// out its mean, a derivative by chi, is not to be trusted.
+constexpr double kLargestPulled = 0.04;
+
 /// With measurement variance r I the corrected covariance is r K in all but chi: nothing cancels.
+///
+/// Measured translation noise e is in the innovation, - chi e, and through F in the gain of chi,
+/// too: with their product's mean, first order in the noise's variance `pull`, chi would be pulled
+/// to zero. What is added is that mean with the opposite sign, for K_c(F) = F P / (F^2 P + r).
 template <class T>
 DEPTHSERVO_INLINE void correctState(FilterState<T>& s, const FilterInnovation<T>& nu, const T& r,
                                     FilterGain<T>& K) {
@@ -143,8 +154,12 @@ DEPTHSERVO_INLINE void correctState(FilterState<T>& s, const FilterInnovation<T>
   K.cy = s.yc * ax - s.xc * bx;
   s.x = s.x + K.xx * nu.x + K.xy * nu.y;
   s.y = s.y + K.yx * nu.x + K.yy * nu.y;
-  s.c = s.c + K.cx * nu.x + K.cy * nu.y;
-  const T cc = s.cc - (K.cx * s.xc + K.cy * s.yc), least = kLeastShare * s.cc;
+  const T removed = K.cx * s.xc + K.cy * s.yc, half = s.cc - 2 * removed;
+  const T slope = (half > 0) & (s.cc < kLargestPulled * (s.c * s.c)) ? half : s.cc * 0;
+  const T across = (1 + s.x * s.x) * cx + (1 + s.y * s.y) * ax;
+  s.c = s.c + K.cx * nu.x + K.cy * nu.y + s.pull * s.c * slope * across;
+  s.pull = s.cc * 0;
+  const T cc = s.cc - removed, least = kLeastShare * s.cc;
   s.cc = cc > least ? cc : least;
   s.xx = r * K.xx;
   s.xy = r * 0.5 * (K.xy + K.yx);

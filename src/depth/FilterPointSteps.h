@@ -18,7 +18,7 @@ double measurementVariance(double sigma);
 constexpr double kLargestVariance = 1e30;
 
 DEPTHSERVO_INLINE FilterState<double> stateOf(const FilterPoint& p) {
-  return {p.x, p.y, p.chi, p.xx, p.xy, p.xc, p.yy, p.yc, p.cc};
+  return {p.x, p.y, p.chi, p.xx, p.xy, p.xc, p.yy, p.yc, p.cc, p.pull};
 }
 
 DEPTHSERVO_INLINE void setState(FilterPoint& p, const FilterState<double>& s) {
@@ -31,6 +31,7 @@ DEPTHSERVO_INLINE void setState(FilterPoint& p, const FilterState<double>& s) {
   p.yy = s.yy;
   p.yc = s.yc;
   p.cc = s.cc;
+  p.pull = s.pull;
 }
 
 /// Variance of a direct measurement of chi, at least that of 0.1 % of it: a false certainty could

@@ -50,6 +50,7 @@ DEPTHSERVO_INLINE void loadState(const Block& b, std::size_t i,
   L::load(b.yy + i, s.yy);
   L::load(b.yc + i, s.yc);
   L::load(b.cc + i, s.cc);
+  L::load(b.pull + i, s.pull);
 }
 
 template <int kWidth>
@@ -65,6 +66,7 @@ DEPTHSERVO_INLINE void storeState(Block& b, std::size_t i,
   L::store(b.yy + i, s.yy);
   L::store(b.yc + i, s.yc);
   L::store(b.cc + i, s.cc);
+  L::store(b.pull + i, s.pull);
 }
 
 /// Predicts a plain block; the lanes of the result's bits are left for the scalar step.
@@ -165,7 +167,8 @@ Steps stepsFor(InverseDepthFilterBatch::Instructions instructions) {
 
 /// A point that is followed, at rest in the image's centre: fills the last block.
 void fill(Block& b, std::size_t k) {
-  for (double* row : {b.x, b.y, b.chi, b.xx, b.xy, b.xc, b.yy, b.yc, b.cc, b.parallax2, b.r}) {
+  for (double* row :
+       {b.x, b.y, b.chi, b.xx, b.xy, b.xc, b.yy, b.yc, b.cc, b.pull, b.parallax2, b.r}) {
     row[k] = 0;
   }
   b.phase[k] = Phase::measured;
@@ -208,8 +211,8 @@ FilterPoint InverseDepthFilterBatch::load(std::size_t i) const {
   const Block& b = blocks_[i / kPoints];
   const std::size_t k = i % kPoints;
   FilterPoint p;
-  detail::setState(
-      p, {b.x[k], b.y[k], b.chi[k], b.xx[k], b.xy[k], b.xc[k], b.yy[k], b.yc[k], b.cc[k]});
+  detail::setState(p, {b.x[k], b.y[k], b.chi[k], b.xx[k], b.xy[k], b.xc[k], b.yy[k], b.yc[k],
+                       b.cc[k], b.pull[k]});
   p.parallax2 = b.parallax2[k];
   p.r = b.r[k];
   for (std::size_t j = 0; j < 3; ++j) {
@@ -234,6 +237,7 @@ void InverseDepthFilterBatch::store(std::size_t i, const FilterPoint& p) {
   b.yy[k] = p.yy;
   b.yc[k] = p.yc;
   b.cc[k] = p.cc;
+  b.pull[k] = p.pull;
   b.parallax2[k] = p.parallax2;
   b.r[k] = p.r;
   for (std::size_t j = 0; j < 3; ++j) {

@@ -28,8 +28,8 @@ struct DepthForecast {
   /// sigma_chi [1/m] after `frames` more frames, now being `sigma_chi`.
   double sigma_chiAfter(double chi, double sigma_chi, double frames) const;
 
-  /// Whether `frames` more frames make sigma_chi, whose square is now `variance_chi`, smaller by more
-  /// than this share of it; `sigma_chiAfter` without roots and divisions.
+  /// Whether `frames` more frames make sigma_chi, whose square is now `variance_chi`, smaller by
+  /// more than this share of it; `sigma_chiAfter` without roots and divisions.
   bool tells(double share, double chi, double variance_chi, double frames) const {
     const double needed = 1 / ((1 - share) * (1 - share)) - 1;
     const double n2 = frames * frames;

@@ -64,7 +64,8 @@ struct alignas(64) InverseDepthFilterBatch::Block {
   static constexpr std::size_t kPoints = 8;
 
   double x[kPoints], y[kPoints], chi[kPoints];
-  double xx[kPoints], xy[kPoints], xc[kPoints], yy[kPoints], yc[kPoints], cc[kPoints];
+  double xx[kPoints], xy[kPoints], xc[kPoints], yy[kPoints], yc[kPoints], cc[kPoints],
+      pull[kPoints];
   double parallax2[kPoints], r[kPoints];
   double scale[3][kPoints], focal[3][kPoints];
   int rejections[kPoints];
