@@ -45,17 +45,11 @@ Comparison compareSequence(const CompareArguments& arguments) {
   return compare(sequence, options, arguments.options, [&](double done) { bar.show(done); });
 }
 
-std::string percent(double share) {
-  if (!std::isfinite(share)) return "-";
-  const bool isPlain = 100 * share < 1000 || 100 * share >= 1e6;
-  return isPlain ? fmt::format("{:.3g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
-}
-
 /// One line: a name, a figure at each time, and what follows.
 void printLine(const Comparison& comparison, const ComparedEstimator& one,
                const std::vector<double>& values, const std::string& rest) {
   fmt::print("{:<12}", one.name);
-  for (const std::size_t k : comparison.shown) fmt::print("{:>10}", percent(values[k]));
+  for (const std::size_t k : comparison.shown) fmt::print("{:>10}", percent(values[k], "-"));
   fmt::print("{}\n", rest);
 }
 
@@ -80,7 +74,7 @@ void printTable(const Comparison& comparison) {
           std::isfinite(one.mean_nees) ? fmt::format("{:.3g}", one.mean_nees) : "-";
       printLine(comparison, one, one.error,
                 fmt::format("{:>14}{:>10}{:>8}", images(one.frames_to_5pct),
-                            percent(one.coverage_2sigma), nees));
+                            percent(one.coverage_2sigma, "-"), nees));
     }
     for (const ComparedEstimator& one : comparison.limits) {
       printLine(comparison, one, one.error, fmt::format("{:>14}", images(one.frames_to_5pct)));

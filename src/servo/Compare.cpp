@@ -461,23 +461,19 @@ std::string csvOf(const Comparison& comparison) {
   return csv;
 }
 
-std::string percent(double share) {
-  if (!std::isfinite(share)) return "&ndash;";
-  const bool isPlain = 100 * share < 1000 || 100 * share >= 1e6;
-  return isPlain ? fmt::format("{:.3g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
-}
+constexpr const char* kNoFigure = "&ndash;";
 
 /// One row of the page's table; the limit has no sigma of its own.
 std::string pageRow(const ComparedEstimator& one, const std::vector<double>& values,
                     const Comparison& comparison) {
   std::string row = fmt::format("<tr><td>{}</td>", html::escaped(one.name));
   for (const std::size_t k : comparison.shown) {
-    row += fmt::format("<td>{}</td>", percent(values[k]));
+    row += fmt::format("<td>{}</td>", percent(values[k], kNoFigure));
   }
   if (comparison.hasTruth) {
     row += std::isfinite(one.frames_to_5pct) ? fmt::format("<td>{:.0f}</td>", one.frames_to_5pct)
                                              : std::string("<td>never</td>");
-    row += fmt::format("<td>{}</td>", percent(one.coverage_2sigma));
+    row += fmt::format("<td>{}</td>", percent(one.coverage_2sigma, kNoFigure));
     row += std::isfinite(one.mean_nees) ? fmt::format("<td>{:.3g}</td>", one.mean_nees)
                                         : std::string("<td>&ndash;</td>");
   }
@@ -647,6 +643,12 @@ std::string toJson(const Comparison& comparison) {
                               {"frames_to_5pct", numberOrNull(one.frames_to_5pct)}});
   }
   return json.dump(2);
+}
+
+std::string percent(double share, const std::string& unknown) {
+  if (!std::isfinite(share)) return unknown;
+  const bool isPlain = 100 * share < 1000 || 100 * share >= 1e6;
+  return isPlain ? fmt::format("{:.3g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
 
 const ComparedEstimator& costReference(const Comparison& comparison) {

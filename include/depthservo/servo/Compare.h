@@ -68,6 +68,9 @@ std::string toJson(const Comparison& comparison);
 /// Cost per image of each estimator, as a JSON object, and relative to a cheap one.
 std::string timingJson(const Comparison& comparison);
 
+/// A share in per cent, as comparisons show it. \param unknown shown for what is not finite
+std::string percent(double share, const std::string& unknown);
+
 /// The estimator that costs are related to.
 const ComparedEstimator& costReference(const Comparison& comparison);
 
