@@ -1,4 +1,4 @@
-#include "depthservo/servo/Compare.h"
+#include "depthservo/experiments/Compare.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "ProgressBar.h"
 #include "commands.h"
-#include "depthservo/servo/RunFolder.h"
+#include "depthservo/report/RunFolder.h"
 #include "observation.h"
 
 namespace depthservo {

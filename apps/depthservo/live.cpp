@@ -1,4 +1,4 @@
-#include "depthservo/servo/Live.h"
+#include "depthservo/rig/Live.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 
 #include "View.h"
 #include "commands.h"
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/RunFolder.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/report/RunFolder.h"
 #include "findings.h"
 #include "observation.h"
 

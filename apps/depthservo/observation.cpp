@@ -10,7 +10,7 @@
 #include <opencv2/core/utils/logger.hpp>
 
 #include "TagLines.h"
-#include "depthservo/servo/Metrics.h"
+#include "depthservo/report/Metrics.h"
 
 namespace depthservo {
 namespace {

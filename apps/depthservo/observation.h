@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/servo/Replay.h"
+#include "depthservo/rig/Replay.h"
 
 namespace depthservo {
 

@@ -1,4 +1,4 @@
-#include "depthservo/servo/Record.h"
+#include "depthservo/rig/Record.h"
 
 #include <fmt/core.h>
 

@@ -1,4 +1,4 @@
-#include "depthservo/servo/Replay.h"
+#include "depthservo/rig/Replay.h"
 
 #include <fmt/core.h>
 
@@ -6,10 +6,10 @@
 
 #include "ProgressBar.h"
 #include "commands.h"
-#include "depthservo/servo/Baseline.h"
-#include "depthservo/servo/FocalReplay.h"
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/RunFolder.h"
+#include "depthservo/experiments/Baseline.h"
+#include "depthservo/experiments/FocalReplay.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/report/RunFolder.h"
 #include "findings.h"
 #include "observation.h"
 

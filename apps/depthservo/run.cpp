@@ -6,11 +6,11 @@
 #include "TagLines.h"
 #include "View.h"
 #include "commands.h"
-#include "depthservo/sequence/InputError.h"
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/RunFolder.h"
-#include "depthservo/servo/Scenario.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/report/RunFolder.h"
+#include "depthservo/scenario/Scenario.h"
 #include "depthservo/servo/ServoLoop.h"
+#include "depthservo/text/InputError.h"
 #include "findings.h"
 
 namespace depthservo {

@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string_view>
 
-#include "depthservo/sequence/InputError.h"
-#include "sequence/TextFile.h"
+#include "depthservo/text/InputError.h"
+#include "text/TextFile.h"
 
 namespace depthservo::detail {
 namespace {

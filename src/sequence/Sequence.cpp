@@ -15,11 +15,11 @@
 
 #include "depthservo/motion/Motion.h"
 #include "sequence/GrayImage.h"
-#include "sequence/StrictYaml.h"
-#include "sequence/TextTable.h"
 #include "sequence/associate.h"
 #include "sequence/cameraFiles.h"
 #include "sequence/dataSets.h"
+#include "text/StrictYaml.h"
+#include "text/TextTable.h"
 
 namespace depthservo {
 namespace {

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
-#include "sequence/TextFile.h"
+#include "text/TextFile.h"
 
 namespace depthservo {
 namespace {

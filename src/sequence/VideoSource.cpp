@@ -9,8 +9,8 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "depthservo/sequence/InputError.h"
 #include "depthservo/sequence/SequenceWriter.h"
+#include "depthservo/text/InputError.h"
 
 namespace depthservo {
 namespace {

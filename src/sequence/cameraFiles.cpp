@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "sequence/StrictYaml.h"
+#include "text/StrictYaml.h"
 
 namespace depthservo::detail {
 namespace {

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "depthservo/depth/PoseRegulation.h"
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/TaskFunction.h"
+#include "depthservo/pose/PoseRegulation.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "robots/cameraJacobian.h"
 #include "servo/ExcitingLaw.h"

@@ -9,7 +9,7 @@
 
 #include "depthservo/features/FeaturePointGroup.h"
 #include "depthservo/robots/CameraRobot.h"
-#include "depthservo/servo/Scenario.h"
+#include "depthservo/scenario/Scenario.h"
 
 namespace depthservo {
 

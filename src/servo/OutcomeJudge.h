@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/servo/RunLog.h"
-#include "servo/World.h"
+#include "depthservo/observation/RunLog.h"
+#include "rig/World.h"
 
 namespace depthservo {
 

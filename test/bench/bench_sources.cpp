@@ -10,8 +10,8 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "depthservo/rig/Replay.h"
 #include "depthservo/sequence/SequenceWriter.h"
-#include "depthservo/servo/Replay.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/KltTracker.h"
 

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "TemporaryFolder.h"
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/Record.h"
-#include "depthservo/servo/Replay.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/rig/Record.h"
+#include "depthservo/rig/Replay.h"
 #include "depthservo/servo/ServoLoop.h"
 #include "support/InputErrors.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {

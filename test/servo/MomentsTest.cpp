@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
-#include "TemporaryFolder.h"
-#include "depthservo/servo/Metrics.h"
+#include "depthservo/report/Metrics.h"
 #include "depthservo/servo/ServoLoop.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "depthservo/servo/Metrics.h"
+#include "depthservo/report/Metrics.h"
 #include "depthservo/servo/ServoLoop.h"
-#include "servo/TemporaryFolder.h"
-#include "servo/reproduce/Durand2010.h"
+#include "papers/Durand2010.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "TemporaryFolder.h"
-#include "depthservo/servo/Metrics.h"
+#include "depthservo/report/Metrics.h"
 #include "depthservo/servo/ServoLoop.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "depthservo/features/FeaturePointGroup.h"
-#include "depthservo/visp.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "depthservo/motion/Twist.h"
-#include "depthservo/visp.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 

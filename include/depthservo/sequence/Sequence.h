@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/depth/OdometryNoise.h"
+#include "depthservo/camera/PinholeCamera.h"
+#include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/motion/OdometryRow.h"
-#include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/sequence/DepthMap.h"
-#include "depthservo/sequence/InputError.h"
-#include "depthservo/tracking/AprilTagTarget.h"
-#include "depthservo/tracking/DotTarget.h"
-#include "depthservo/visp.h"
+#include "depthservo/target/AprilTagTarget.h"
+#include "depthservo/target/DotTarget.h"
+#include "depthservo/text/InputError.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "depthservo/motion/OdometryRow.h"
+#include "depthservo/observation/RunLog.h"
+#include "depthservo/scenario/Scenario.h"
 #include "depthservo/sequence/Sequence.h"
-#include "depthservo/servo/RunLog.h"
-#include "depthservo/servo/Scenario.h"
-#include "depthservo/visp.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <optional>
+
+#include "depthservo/depth/PointSetEstimator.h"
+#include "depthservo/motion/OdometryNoise.h"
+#include "depthservo/scenario/Scenario.h"
+
+namespace depthservo {
+
+/// What an estimator is made from.
+struct EstimatorSetup {
+  Scenario::Depth depth;          ///< which one, its first guess and its range
+  OdometryNoise odometry;         ///< as declared
+  double odometryScaleSigma = 0;  ///< relative, 1 sigma
+  DotTarget target;               ///< for `pose`
+  double frameRate = 30;          ///< images per second [Hz]; for the gain of `pose`
+  double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
+  double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
+
+  std::optional<Eigen::Isometry3d> coupledGoal = {};  ///< of the coupled regulation with `pose`
+  double couplingStep_s = 0.005;                      ///< its odometry step [s]
+
+  /// Of a scenario, but for the coupled goal, which takes a world.
+  static EstimatorSetup of(const Scenario& scenario);
+};
+
+/// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at
+/// this frame rate, for the target as seen from the front at the first guess of its distance.
+double observerGain(const EstimatorSetup& setup);
+
+/// The estimator a user chose, for up to `capacity` points. (`true` is a constant depth that is
+/// told the truth in every frame.)
+std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup, std::size_t capacity);
+
+/// What a joint filter has learnt besides depths; nothing of another estimator.
+std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator);
+
+}  // namespace depthservo
