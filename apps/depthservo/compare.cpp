@@ -40,7 +40,7 @@ Comparison compareSequence(const CompareArguments& arguments) {
   }
   const Sequence sequence(arguments.data, arguments.sequence.source);
   for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
-  const ReplayOptions options = optionsOf(arguments.sequence, sequence);
+  const ObservationOptions options = optionsOf(arguments.sequence, sequence);
   ProgressBar bar("compare " + sequence.name());
   return compare(sequence, options, arguments.options, [&](double done) { bar.show(done); });
 }
@@ -100,7 +100,7 @@ void tellCost(const Comparison& comparison) {
 
 int compareAll(CompareArguments arguments) {
   for (const std::string& name : arguments.estimators) {
-    arguments.options.estimators.push_back(availableEstimator(name, {"--estimators", 0, ""}));
+    arguments.options.estimators.push_back(estimatorNamed(name, {"--estimators", 0, ""}));
   }
   if (!std::filesystem::exists(arguments.data)) {
     throw InputError({arguments.data, 0, ""}, "there is no such scenario or sequence");

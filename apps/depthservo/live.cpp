@@ -80,7 +80,7 @@ int watchLive(const LiveArguments& arguments) {
   if (!arguments.target.empty()) {
     options.target = readTarget(arguments.target);
     options.targetFile = arguments.target;
-    options.observation = ReplayOptions::of(options.target.hints, arguments.target);
+    options.observation = ObservationOptions::of(options.target.hints, arguments.target);
   }
   apply(arguments.observation, options.target.tags.has_value(), options.observation);
   options.observation.tracker = trackerNamed(arguments.tracker);

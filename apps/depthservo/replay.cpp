@@ -60,9 +60,9 @@ void printFocal(const FocalReplay& replay) {
 }
 
 int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence,
-                      const ReplayOptions& options) {
+                      const ObservationOptions& options) {
   if (!arguments.baseline.empty()) refuseOption("--baseline", "is for --observe depth");
-  FocalReplayOptions focal;
+  FocalObservationOptions focal;
   focal.replay = options;
   if (!arguments.data.observation.prior.empty()) focal.Z = options.depth.initial;
   if (arguments.focalGains.size() == 3) {
@@ -88,7 +88,7 @@ int replaySequence(const ReplayArguments& arguments) {
                  fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
   }
   const Sequence sequence(arguments.sequence, arguments.data.source);
-  const ReplayOptions options = optionsOf(arguments.data, sequence);
+  const ObservationOptions options = optionsOf(arguments.data, sequence);
   if (!arguments.baseline.empty() && !arguments.update) Baseline::load(arguments.baseline);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
 

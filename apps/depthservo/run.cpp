@@ -40,7 +40,7 @@ class Audience : public RunProgress {
 
 /// \throw InputError there is no display, or the scenario has no images
 std::unique_ptr<View> viewOf(const Scenario& scenario) {
-  if (scenario.sensing.source != Scenario::Source::image) {
+  if (scenario.sensing.source != SensingSource::image) {
     throw InputError({"--view", 0, ""}, "this scenario has no images (sensing.source: geometry)");
   }
   return std::make_unique<View>(ViewOptions{scenario.camera.width, scenario.camera.height,

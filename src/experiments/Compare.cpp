@@ -14,7 +14,7 @@
 #include "report/Html.h"
 #include "report/RunFiles.h"
 #include "text/NewFolder.h"
-#include "tracking/makeTracker.h"
+#include "observation/makeTracker.h"
 
 namespace depthservo {
 namespace {
@@ -339,7 +339,7 @@ std::vector<EstimatorKind> chosenEstimators(const Measured& measured,
        {EstimatorKind::constant, EstimatorKind::twoFrame, EstimatorKind::nonlinear,
         EstimatorKind::window, EstimatorKind::filter, EstimatorKind::joint, EstimatorKind::pose}) {
     try {
-      availableEstimator(toString(kind), {});
+      estimatorNamed(toString(kind), {});
       measured.setup(kind);
       usable.push_back(kind);
     } catch (const InputError&) {
@@ -581,7 +581,7 @@ Comparison compare(const Scenario& scenario, const CompareOptions& options, RunW
     Scenario other = scenario;
     other.depth.estimator = kind;
     if (kind == EstimatorKind::pose) requireTarget(scenario);
-    return EstimatorSetup::of(other);
+    return simulatedSetup(other, other.depth);
   };
   readLog(log, measured);
   for (std::size_t k = 0; k < measured.frames.size(); ++k) {
@@ -590,7 +590,7 @@ Comparison compare(const Scenario& scenario, const CompareOptions& options, RunW
   return compareOn(measured, options, scenario.file);
 }
 
-Comparison compare(const Sequence& sequence, const ReplayOptions& replayOptions,
+Comparison compare(const Sequence& sequence, const ObservationOptions& replayOptions,
                    const CompareOptions& options, const std::function<void(double)>& progress) {
   refuseTruth(options);
   const RunLog log = replay(sequence, replayOptions, progress);
@@ -602,7 +602,7 @@ Comparison compare(const Sequence& sequence, const ReplayOptions& replayOptions,
   measured.odometryScaleSigma = replayOptions.odometryScaleSigma;
   measured.setup = [source = ObservedSource::of(sequence), &replayOptions,
                     tracker = chooseTracker(sequence, replayOptions.tracker)](EstimatorKind kind) {
-    ReplayOptions other = replayOptions;
+    ObservationOptions other = replayOptions;
     other.tracker = tracker;
     other.depth.estimator = kind;
     return setupOf(source, other);

@@ -310,10 +310,10 @@ std::string remark(const FocalReplay& replay) {
   return text;
 }
 
-FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& options,
+FocalReplay replayFocal(const Sequence& sequence, const FocalObservationOptions& options,
                         const std::function<void(double)>& progress) {
-  if (options.replay.motion == ReplayMotion::target ||
-      (options.replay.motion == ReplayMotion::automatic && sequence.odometry().empty() &&
+  if (options.replay.motion == MotionSource::target ||
+      (options.replay.motion == MotionSource::automatic && sequence.odometry().empty() &&
        sequence.poses().size() < 2)) {
     throw InputError(
         {sequence.folder(), 0, ""},

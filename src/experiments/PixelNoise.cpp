@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "tracking/makeTracker.h"
+#include "observation/makeTracker.h"
 
 namespace depthservo {
 namespace {
@@ -112,7 +112,7 @@ PixelNoise resultOf(const PixelNoiseMeter& meter, const std::string& source) {
 
 }  // namespace
 
-PixelNoise measurePixelNoise(const Sequence& sequence, ReplayTracker wanted,
+PixelNoise measurePixelNoise(const Sequence& sequence, TrackerKind wanted,
                              const std::function<void(double)>& progress) {
   const std::unique_ptr<PointTracker> tracker =
       makeTracker(targetOf(sequence), chooseTracker(sequence, wanted), {});
@@ -134,7 +134,7 @@ PixelNoise measurePixelNoise(const Sequence& sequence, ReplayTracker wanted,
 }
 
 PixelNoise measurePixelNoise(ImageSource& images, std::size_t most, const SequenceTarget& seen,
-                             ReplayTracker wanted, const std::function<void(double)>& progress) {
+                             TrackerKind wanted, const std::function<void(double)>& progress) {
   const std::unique_ptr<PointTracker> tracker =
       makeTracker(seen, chooseTracker(seen, wanted, "--source"), {});
   PixelNoiseMeter meter;

@@ -14,7 +14,7 @@
 #include "depthservo/motion/MotionBuffer.h"
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/observation/RunLog.h"
-#include "depthservo/rig/Replay.h"
+#include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/sequence/Sequence.h"
 #include "depthservo/tracking/PointTracker.h"
 #include "depthservo/tracking/TargetPose.h"

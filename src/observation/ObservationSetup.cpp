@@ -8,14 +8,14 @@
 
 #include "depthservo/depth/DepthGains.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
-#include "tracking/makeTracker.h"
+#include "observation/makeTracker.h"
 
 namespace depthservo {
 namespace {
 
 /// Unless declared otherwise, the observer takes odometry for exact and the filters have their own
 /// default.
-OdometryNoise noiseOf(const ReplayOptions& options) {
+OdometryNoise noiseOf(const ObservationOptions& options) {
   if (options.odometryNoise) return *options.odometryNoise;
   return options.depth.estimator == EstimatorKind::nonlinear ? OdometryNoise::none()
                                                              : OdometryNoise();
@@ -34,7 +34,7 @@ void requireTarget(const ObservedSource& source) {
 }
 
 /// \param what needs the target in the images
-void requireTracked(const ObservedSource& source, ReplayTracker tracker, const char* what) {
+void requireTracked(const ObservedSource& source, TrackerKind tracker, const char* what) {
   if (!findsPoints(source.target, tracker)) return;
   throw InputError({source.place, 0, ""},
                    fmt::format("{} needs the points of the target, which --tracker {} does not "
@@ -42,7 +42,7 @@ void requireTracked(const ObservedSource& source, ReplayTracker tracker, const c
                                what, nameOf(tracker)));
 }
 
-void requireGains(const ObservedSource& source, const Scenario::Gains& gains) {
+void requireGains(const ObservedSource& source, const ObserverGainOptions& gains) {
   if (!gains.k_3 || !(source.fastestRate > 0)) return;
   const std::string objection =
       DepthGains::objection(*gains.k_3, kGainExcitation, source.fastestRate);
@@ -51,11 +51,11 @@ void requireGains(const ObservedSource& source, const Scenario::Gains& gains) {
                    objection);
 }
 
-const char* nameOf(ReplayMotion motion) {
+const char* nameOf(MotionSource motion) {
   switch (motion) {
-    case ReplayMotion::twist:
+    case MotionSource::twist:
       return "twist";
-    case ReplayMotion::groundtruth:
+    case MotionSource::groundtruth:
       return "groundtruth";
     default:
       return "target";
@@ -78,9 +78,9 @@ ObservedSource ObservedSource::of(const Sequence& sequence) {
   return source;
 }
 
-EstimatorSetup setupOf(const ObservedSource& source, const ReplayOptions& options) {
+EstimatorSetup setupOf(const ObservedSource& source, const ObservationOptions& options) {
   requireGains(source, options.depth.gains);
-  if (options.motion == ReplayMotion::target) {
+  if (options.motion == MotionSource::target) {
     requireTracked(source, options.tracker, "--motion target");
   }
   if (options.depth.estimator == EstimatorKind::pose) {
@@ -95,7 +95,7 @@ EstimatorSetup setupOf(const ObservedSource& source, const ReplayOptions& option
   return setup;
 }
 
-ImageObserver::Parts partsOf(const ObservedSource& source, const ReplayOptions& options) {
+ImageObserver::Parts partsOf(const ObservedSource& source, const ObservationOptions& options) {
   ImageObserver::Parts parts;
   parts.camera = source.camera;
   parts.pixelNoise_px = options.pixelNoise_px;
@@ -103,11 +103,11 @@ ImageObserver::Parts partsOf(const ObservedSource& source, const ReplayOptions& 
   parts.estimator = setupOf(source, options);
   parts.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
   putTracker(parts, source.target, options.tracker, options);
-  if (options.motion == ReplayMotion::target) parts.followed = source.target.target;
+  if (options.motion == MotionSource::target) parts.followed = source.target.target;
   return parts;
 }
 
-std::string configurationOf(const ReplayOptions& options) {
+std::string configurationOf(const ObservationOptions& options) {
   nlohmann::ordered_json json{{"tracker", nameOf(options.tracker)},
                               {"motion", nameOf(options.motion)},
                               {"estimator", toString(options.depth.estimator)},
@@ -127,7 +127,7 @@ std::string configurationOf(const ReplayOptions& options) {
     json["odometry_noise"] = {noise->sigma_v, noise->sigma_w};
   }
   if (options.depth.estimator == EstimatorKind::joint) {
-    const Scenario::Joint& joint = options.depth.joint;
+    const JointStateOptions& joint = options.depth.joint;
     json["joint"] = {
         {"time_offset", joint.time_offset}, {"gyro_bias", joint.gyro_bias}, {"focal", joint.focal}};
   }

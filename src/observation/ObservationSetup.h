@@ -3,7 +3,7 @@
 #include <string>
 
 #include "depthservo/camera/PinholeCamera.h"
-#include "depthservo/rig/Replay.h"
+#include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/sequence/Sequence.h"
 #include "observation/ImageObserver.h"
 #include "observation/makeEstimator.h"
@@ -24,13 +24,13 @@ struct ObservedSource {
 
 /// The estimator asked for. \throw InputError the source lacks what it needs, or its gains cannot
 /// be meant
-EstimatorSetup setupOf(const ObservedSource& source, const ReplayOptions& options);
+EstimatorSetup setupOf(const ObservedSource& source, const ObservationOptions& options);
 
 /// All that the observer needs but the ids of recorded tracks and room for the odometry.
 /// \param options with tracker and motion chosen \throw InputError as setupOf
-ImageObserver::Parts partsOf(const ObservedSource& source, const ReplayOptions& options);
+ImageObserver::Parts partsOf(const ObservedSource& source, const ObservationOptions& options);
 
 /// These options as run.json tells them, one JSON object. \param options as above
-std::string configurationOf(const ReplayOptions& options);
+std::string configurationOf(const ObservationOptions& options);
 
 }  // namespace depthservo

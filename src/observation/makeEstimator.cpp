@@ -49,18 +49,8 @@ double depthNoiseOfOneImage(const std::vector<Eigen::Vector3d>& points, double d
 
 }  // namespace
 
-EstimatorSetup EstimatorSetup::of(const Scenario& s) {
-  EstimatorSetup setup{s.depth, s.odometry.declaredNoise(), s.odometry.scale_sigma,
-                       s.target.dots()};
-  setup.frameRate = s.camera.slowest();
-  setup.sigma = s.sensing.assumedNoise_px() / s.camera.pinhole().focal_px();
-  setup.focalSigma = s.camera.focal_sigma;
-  setup.couplingStep_s = 1 / s.odometry.rate;
-  return setup;
-}
-
 double observerGain(const EstimatorSetup& setup) {
-  const Scenario::KnownTarget& pose = setup.depth.pose;
+  const KnownTargetOptions& pose = setup.depth.pose;
   if (pose.ke) return *pose.ke;
   const double sigma_Z = depthNoiseOfOneImage(setup.target.points, setup.depth.initial, setup.sigma,
                                               setup.depth.range());

@@ -6,13 +6,14 @@
 
 #include "depthservo/depth/PointSetEstimator.h"
 #include "depthservo/motion/OdometryNoise.h"
-#include "depthservo/scenario/Scenario.h"
+#include "depthservo/observation/EstimatorOptions.h"
+#include "depthservo/target/DotTarget.h"
 
 namespace depthservo {
 
 /// What an estimator is made from.
 struct EstimatorSetup {
-  Scenario::Depth depth;          ///< which one, its first guess and its range
+  EstimatorOptions depth;          ///< which one, its first guess and its range
   OdometryNoise odometry;         ///< as declared
   double odometryScaleSigma = 0;  ///< relative, 1 sigma
   DotTarget target;               ///< for `pose`
@@ -22,9 +23,6 @@ struct EstimatorSetup {
 
   std::optional<Eigen::Isometry3d> coupledGoal = {};  ///< of the coupled regulation with `pose`
   double couplingStep_s = 0.005;                      ///< its odometry step [s]
-
-  /// Of a scenario, but for the coupled goal, which takes a world.
-  static EstimatorSetup of(const Scenario& scenario);
 };
 
 /// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at

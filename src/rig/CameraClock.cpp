@@ -4,7 +4,7 @@
 
 namespace depthservo {
 
-CameraClock::CameraClock(const Scenario::Camera& camera, unsigned seed)
+CameraClock::CameraClock(const CameraOptions& camera, unsigned seed)
     : camera_(camera), random_(seed) {}
 
 void CameraClock::advance() {

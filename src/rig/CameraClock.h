@@ -2,14 +2,14 @@
 
 #include <random>
 
-#include "depthservo/scenario/Scenario.h"
+#include "depthservo/rig/SimulatedRigOptions.h"
 
 namespace depthservo {
 
 /// When the camera takes its images: at its rate or rates, jittered, some of them dropped.
 class CameraClock {
  public:
-  CameraClock(const Scenario::Camera& camera, unsigned seed);
+  CameraClock(const CameraOptions& camera, unsigned seed);
 
   /// Time of the coming image [s], on the nanosecond grid.
   double time() const { return time_s_; }
@@ -21,7 +21,7 @@ class CameraClock {
   void advance();
 
  private:
-  Scenario::Camera camera_;
+  CameraOptions camera_;
   std::mt19937_64 random_;
   double time_s_ = 0;
   std::size_t images_ = 0;

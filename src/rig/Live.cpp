@@ -7,7 +7,7 @@
 
 #include "observation/ImageObserver.h"
 #include "observation/ObservationSetup.h"
-#include "tracking/makeTracker.h"
+#include "observation/makeTracker.h"
 
 namespace depthservo {
 namespace {
@@ -78,9 +78,9 @@ class TwistFeed {
 
 Live::Live(const LiveOptions& options, ImageSource& images, TwistStream* twists)
     : options_(options), images_(images), twists_(twists) {
-  ReplayOptions& observation = options_.observation;
+  ObservationOptions& observation = options_.observation;
   observation.tracker = chooseTracker(options.target, observation.tracker, options.name);
-  observation.motion = twists ? ReplayMotion::twist : ReplayMotion::target;
+  observation.motion = twists ? MotionSource::twist : MotionSource::target;
   if (!twists && options.target.target.points.size() < 4) {
     throw InputError({options.name, 0, ""},
                      "the camera's motion is unknown: needs a stream of twists, or a target of at "

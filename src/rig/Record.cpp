@@ -2,13 +2,14 @@
 
 #include "depthservo/sequence/SequenceWriter.h"
 #include "observation/makeEstimator.h"
+#include "rig/simulatedSetup.h"
 
 namespace depthservo {
 namespace {
 
 /// What makes a replay estimate as the run did.
 ReplayHints hintsOf(const Scenario& scenario) {
-  const Scenario::Depth& depth = scenario.depth;
+  const EstimatorOptions& depth = scenario.depth;
   ReplayHints hints;
   if (depth.estimator != EstimatorKind::trueDepth) hints.estimator = toString(depth.estimator);
   hints.prior = depth.initial;
@@ -27,7 +28,7 @@ ReplayHints hintsOf(const Scenario& scenario) {
   hints.k = depth.gains.k;
   hints.k_3 = depth.gains.k_3;
   if (depth.estimator == EstimatorKind::pose) {
-    hints.ke = observerGain(EstimatorSetup::of(scenario));
+    hints.ke = observerGain(simulatedSetup(scenario, scenario.depth));
     hints.kappa = depth.pose.kappa;
   }
   return hints;

@@ -9,7 +9,7 @@
 #include "observation/ObservationSetup.h"
 #include "observation/Stopwatch.h"
 #include "observation/unexcited.h"
-#include "tracking/makeTracker.h"
+#include "observation/makeTracker.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;
@@ -22,29 +22,29 @@ namespace {
   throw InputError({sequence.folder(), 0, ""}, message);
 }
 
-ReplayMotion chooseMotion(const Sequence& sequence, ReplayMotion wanted) {
+MotionSource chooseMotion(const Sequence& sequence, MotionSource wanted) {
   const bool hasTwist = !sequence.odometry().empty();
   const bool hasPoses = sequence.poses().size() > 1;
   const bool hasTarget = sequence.target().points.size() >= 4;
-  if (wanted == ReplayMotion::automatic) {
-    wanted = hasTwist   ? ReplayMotion::twist
-             : hasPoses ? ReplayMotion::groundtruth
-                        : ReplayMotion::target;
-    if (wanted == ReplayMotion::target && !hasTarget) {
+  if (wanted == MotionSource::automatic) {
+    wanted = hasTwist   ? MotionSource::twist
+             : hasPoses ? MotionSource::groundtruth
+                        : MotionSource::target;
+    if (wanted == MotionSource::target && !hasTarget) {
       refuse(sequence,
              "the camera's motion is unknown: needs twist.csv, ground truth (groundtruth.txt, "
              "*.gt.freiburg or mav0/state_groundtruth_estimate0/data.csv) or a target of at least "
              "four points in sequence.yaml");
     }
   }
-  if (wanted == ReplayMotion::twist && !hasTwist)
+  if (wanted == MotionSource::twist && !hasTwist)
     refuse(sequence, "--motion twist needs twist.csv");
-  if (wanted == ReplayMotion::groundtruth && !hasPoses) {
+  if (wanted == MotionSource::groundtruth && !hasPoses) {
     refuse(sequence,
            "--motion groundtruth needs ground truth with at least two poses (groundtruth.txt, "
            "*.gt.freiburg or mav0/state_groundtruth_estimate0/data.csv)");
   }
-  if (wanted == ReplayMotion::target && !hasTarget) {
+  if (wanted == MotionSource::target && !hasTarget) {
     refuse(sequence, "--motion target needs a target of at least four points in sequence.yaml");
   }
   return wanted;
@@ -59,7 +59,7 @@ std::vector<int> idsOfTracks(const Sequence& sequence) {
   return {ids.begin(), ids.end()};
 }
 
-ReplayOptions chosen(const Sequence& sequence, ReplayOptions options) {
+ObservationOptions chosen(const Sequence& sequence, ObservationOptions options) {
   options.tracker = chooseTracker(sequence, options.tracker);
   options.motion = chooseMotion(sequence, options.motion);
   return options;
@@ -68,10 +68,10 @@ ReplayOptions chosen(const Sequence& sequence, ReplayOptions options) {
 /// One replay under way.
 class Replayer {
  public:
-  Replayer(const Sequence& sequence, const ReplayOptions& options)
+  Replayer(const Sequence& sequence, const ObservationOptions& options)
       : sequence_(sequence), options_(chosen(sequence, options)), observer_(parts()) {
-    if (options_.motion == ReplayMotion::twist) offer(sequence.odometry());
-    if (options_.motion == ReplayMotion::groundtruth) {
+    if (options_.motion == MotionSource::twist) offer(sequence.odometry());
+    if (options_.motion == MotionSource::groundtruth) {
       offer(odometryFromPoses(sequence.poses()));
       gaps_ = gapsOf(sequence.poses());
     }
@@ -96,7 +96,7 @@ class Replayer {
  private:
   ImageObserver::Parts parts() const {
     ImageObserver::Parts parts = partsOf(ObservedSource::of(sequence_), options_);
-    if (options_.tracker == ReplayTracker::tracks) parts.ids = idsOfTracks(sequence_);
+    if (options_.tracker == TrackerKind::tracks) parts.ids = idsOfTracks(sequence_);
     parts.odometryCapacity = std::max(
         {sequence_.frames().size(), sequence_.odometry().size(), sequence_.poses().size()});
     return parts;
@@ -114,7 +114,7 @@ class Replayer {
     input.truth = &source.truth;
     input.isMotionKnown = isMotionKnown(source.time_s);
     vpImage<unsigned char> image;
-    if (options_.tracker != ReplayTracker::tracks) {
+    if (options_.tracker != TrackerKind::tracks) {
       Stopwatch watch;
       image = sequence_.readImage(k);
       imageTimes_.push_back(watch.lap());
@@ -147,7 +147,7 @@ class Replayer {
   static constexpr double kFarFromPose_s = 0.02;  // as in associate.py
 
   const Sequence& sequence_;
-  ReplayOptions options_;  // tracker and motion chosen
+  ObservationOptions options_;  // tracker and motion chosen
   ImageObserver observer_;
   std::vector<PoseGap> gaps_;
   const PoseGap* noted_ = nullptr;
@@ -157,46 +157,7 @@ class Replayer {
 
 }  // namespace
 
-DepthPrior ReplayOptions::prior() const {
-  DepthPrior prior{depth.initial};
-  if (priorSigma_Z) prior.sigma_chi = *priorSigma_Z / (prior.Z * prior.Z);
-  return prior;
-}
-
-ReplayOptions ReplayOptions::of(const Sequence& sequence) {
-  return of(sequence.replayHints(), sequence.folder() + "/sequence.yaml");
-}
-
-ReplayOptions ReplayOptions::of(const ReplayHints& hints, const std::string& file) {
-  ReplayOptions options;
-  if (hints.estimator) {
-    options.depth.estimator = availableEstimator(*hints.estimator, {file, 0, "replay.estimator"});
-  }
-  options.depth.initial = hints.prior.value_or(options.depth.initial);
-  options.pixelNoise_px = hints.pixel_noise.value_or(options.pixelNoise_px);
-  options.isPixelNoiseGiven = hints.pixel_noise.has_value();
-  if (const auto& noise = hints.odometry_noise) {
-    options.odometryNoise =
-        noise->isZero() ? OdometryNoise::none()
-                        : OdometryNoise::white((*noise)[0], (*noise)[1], hints.odometry_mode);
-  }
-  options.odometryScaleSigma = hints.odometry_scale_sigma.value_or(options.odometryScaleSigma);
-  options.focalSigma = hints.focal_sigma.value_or(options.focalSigma);
-  if (const auto& joint = hints.joint) {
-    options.depth.joint = {joint->time_offset, joint->gyro_bias, joint->focal};
-  }
-  options.depth.Z_min = hints.Z_min.value_or(options.depth.Z_min);
-  options.depth.Z_max = hints.Z_max.value_or(options.depth.Z_max);
-  options.depth.gains.settling = hints.settling.value_or(options.depth.gains.settling);
-  options.depth.gains.W_min = hints.W_min.value_or(options.depth.gains.W_min);
-  options.depth.gains.k = hints.k;
-  options.depth.pose.ke = hints.ke;
-  options.depth.pose.kappa = hints.kappa.value_or(options.depth.pose.kappa);
-  options.depth.gains.k_3 = hints.k_3;
-  return options;
-}
-
-RunLog replay(const Sequence& sequence, const ReplayOptions& options,
+RunLog replay(const Sequence& sequence, const ObservationOptions& options,
               const std::function<void(double)>& progress) {
   RunLog log = Replayer(sequence, options).run(progress);
   addUnexcitedEvents(log);

@@ -16,20 +16,20 @@ namespace {
 constexpr double kSmallestOutlier_px = 5, kLargestOutlier_px = 50;
 constexpr double kTargetStep_s = 0.005;  // its twist is taken at the middle of such steps
 
-SyntheticCameraOptions cameraOptions(const Scenario& scenario) {
+SyntheticCameraOptions cameraOptions(const SimulatedRigOptions& rig) {
   SyntheticCameraOptions options;
-  if (scenario.sensing.light_on_dark) std::swap(options.background, options.dot);
-  options.gray_noise = scenario.sensing.gray_noise;
-  options.exposure_s = scenario.sensing.exposure;
-  options.vignetting = scenario.sensing.vignetting;
-  options.seed = scenario.seed;
+  if (rig.sensing.light_on_dark) std::swap(options.background, options.dot);
+  options.gray_noise = rig.sensing.gray_noise;
+  options.exposure_s = rig.sensing.exposure;
+  options.vignetting = rig.sensing.vignetting;
+  options.seed = rig.seed;
   return options;
 }
 
-SyntheticCamera makeCamera(const Scenario& scenario) {
-  const PinholeCamera camera = scenario.camera.truePinhole();
-  const SyntheticCameraOptions options = cameraOptions(scenario);
-  const Scenario::Target& target = scenario.target;
+SyntheticCamera makeCamera(const SimulatedRigOptions& rig) {
+  const PinholeCamera camera = rig.camera.truePinhole();
+  const SyntheticCameraOptions options = cameraOptions(rig);
+  const TargetOptions& target = rig.target;
   return target.type == TargetKind::dots
              ? SyntheticCamera(camera, DotTarget{target.points, target.radius}, options)
              : SyntheticCamera(camera, target.trueTags().patches(), options);
@@ -55,17 +55,17 @@ Eigen::Matrix3d warpBetween(const std::array<Eigen::Vector2d, 4>& from,
 
 }  // namespace
 
-World::World(const Scenario& scenario)
-    : scenario_(scenario),
-      robot_(makeRobot(scenario.robot, scenario.robot.initial)),
+World::World(const SimulatedRigOptions& options)
+    : options_(options),
+      robot_(makeRobot(options.robot, options.robot.initial)),
       unicycle_(dynamic_cast<UnicycleCamera*>(robot_.get())),
-      camera_(makeCamera(scenario)),
-      wMo_(scenario.target.pose.isometry()),
-      random_(scenario.seed),
+      camera_(makeCamera(options)),
+      wMo_(options.target.pose.isometry()),
+      random_(options.seed),
       command_(Eigen::VectorXd::Zero(robot_->velocity().size())) {}
 
 void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
-  const Scenario::Odometry& odometry = scenario_.odometry;
+  const OdometryOptions& odometry = options_.odometry;
   const auto rowTime = [&](std::uint64_t row) {
     return fileTime(static_cast<double>(row) / odometry.rate);
   };
@@ -96,7 +96,7 @@ void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
 Twist World::twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isometry3d& wMcBefore,
                           double duration_s) const {
   if (!unicycle_) return Motion::fromPoses(wMcBefore, robot_->wMc(), duration_s).twist();
-  const Scenario::Odometry& odometry = scenario_.odometry;
+  const OdometryOptions& odometry = options_.odometry;
   Eigen::Vector2d velocity = robot_->velocity() - disturbance_;
   if (odometry.ticks > 0) {
     const Eigen::Vector2d rolled =
@@ -107,7 +107,7 @@ Twist World::twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isom
 }
 
 void World::addNoise(Twist& twist) {
-  const Scenario::Odometry& odometry = scenario_.odometry;
+  const OdometryOptions& odometry = options_.odometry;
   twist.linear *= odometry.scale;
   twist.angular += odometry.gyro_bias;
   if (odometry.mode == OdometryMode::measured && !odometry.noise.isZero()) {
@@ -117,7 +117,7 @@ void World::addNoise(Twist& twist) {
 }
 
 void World::moveTarget(double until_s) {
-  if (scenario_.target.twist.empty()) return;
+  if (options_.target.twist.empty()) return;
   for (double begin_s = time_s_; begin_s < until_s;) {
     const double end_s = std::min(until_s, begin_s + kTargetStep_s);
     const Motion motion = Motion::fromTwist(targetTwist(0.5 * (begin_s + end_s)), end_s - begin_s);
@@ -129,7 +129,7 @@ void World::moveTarget(double until_s) {
 }
 
 Twist World::targetTwist(double time_s) const {
-  const Eigen::VectorXd twist = velocityAt(scenario_.target.twist, time_s, 6);
+  const Eigen::VectorXd twist = velocityAt(options_.target.twist, time_s, 6);
   return {twist.head<3>(), twist.tail<3>()};
 }
 
@@ -142,18 +142,18 @@ Twist World::twistRelativeToTarget() const {
 }
 
 Eigen::Isometry3d World::cdMo() const {
-  return makeRobot(scenario_.robot, *scenario_.robot.goal)->wMc().inverse() * wMo_;
+  return makeRobot(options_.robot, *options_.robot.goal)->wMc().inverse() * wMo_;
 }
 
 std::vector<World::TruePoint> World::goal() const { return seenAt(cdMo()); }
 
 std::vector<World::TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const {
-  const bool seesEllipses = scenario_.sensing.source == Scenario::Source::image &&
-                            scenario_.target.type == TargetKind::dots;
-  const PinholeCamera camera = scenario_.camera.truePinhole();
+  const bool seesEllipses = options_.sensing.source == SensingSource::image &&
+                            options_.target.type == TargetKind::dots;
+  const PinholeCamera camera = options_.camera.truePinhole();
   std::vector<TruePoint> points;
-  for (std::size_t i = 0; i < scenario_.target.points.size(); ++i) {
-    const Eigen::Vector3d p = cMo * scenario_.target.points[i];
+  for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
+    const Eigen::Vector3d p = cMo * options_.target.points[i];
     Eigen::Vector2d seen(kUnknown, kUnknown);
     if (p.z() > 0) seen = camera.toPixel(p.x() / p.z(), p.y() / p.z());
     if (seesEllipses) {
@@ -166,16 +166,16 @@ std::vector<World::TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const 
 }
 
 bool World::isHidden(std::size_t point) const {
-  return std::any_of(scenario_.sensing.hidden.begin(), scenario_.sensing.hidden.end(),
-                     [&](const Scenario::Hidden& hidden) {
+  return std::any_of(options_.sensing.hidden.begin(), options_.sensing.hidden.end(),
+                     [&](const HiddenPeriod& hidden) {
                        return hidden.covers(time_s_, static_cast<int>(point));
                      });
 }
 
 std::vector<Eigen::Vector2d> World::pixelErrors() {
-  const Scenario::Sensing& sensing = scenario_.sensing;
+  const SensingOptions& sensing = options_.sensing;
   std::vector<Eigen::Vector2d> errors;
-  for (std::size_t i = 0; i < scenario_.target.points.size(); ++i) {
+  for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
     Eigen::Vector2d error = Eigen::Vector2d::Zero();
     if (sensing.pixel_noise > 0) error = sensing.pixel_noise * gaussian2();
     if (sensing.outliers > 0) {
@@ -197,10 +197,10 @@ void World::expose(DEPTHSERVO_VISP vpImage<unsigned char>& image) {
   view.twist = twistRelativeToTarget();
   view.displacement = pixelErrors();
   view.frame = images_++;
-  if (scenario_.target.type == TargetKind::apriltag) {
+  if (options_.target.type == TargetKind::apriltag) {
     printTags(view);
   } else {
-    for (std::size_t i = 0; i < scenario_.target.points.size(); ++i) {
+    for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
       if (!isHidden(i)) continue;
       if (const auto occluder = camera_.occluderOf(view.cMo, i))
         view.occluders.push_back(*occluder);
@@ -212,7 +212,7 @@ void World::expose(DEPTHSERVO_VISP vpImage<unsigned char>& image) {
 void World::printTags(SyntheticView& view) const {
   constexpr double kMargin_px = 6;
   const std::vector<TruePoint> corners = seenAt(view.cMo);
-  for (std::size_t tag = 0; tag < scenario_.target.tags.size(); ++tag) {
+  for (std::size_t tag = 0; tag < options_.target.tags.size(); ++tag) {
     std::array<Eigen::Vector2d, 4> from, to;
     Eigen::Vector2d low(HUGE_VAL, HUGE_VAL), high = -low;
     bool hides = false;
@@ -239,8 +239,8 @@ std::vector<TrackedPoint> World::measure() {
   std::vector<TrackedPoint> measured;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double u = points[i].u + errors[i].x(), v = points[i].v + errors[i].y();
-    if (isHidden(i) || !scenario_.camera.pinhole().contains(u, v)) continue;
-    measured.push_back({static_cast<int>(i), u, v, scenario_.sensing.assumedNoise_px()});
+    if (isHidden(i) || !options_.camera.pinhole().contains(u, v)) continue;
+    measured.push_back({static_cast<int>(i), u, v, options_.sensing.assumedNoise_px()});
   }
   return measured;
 }

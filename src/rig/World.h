@@ -10,7 +10,7 @@
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/robots/CameraRobot.h"
 #include "depthservo/robots/UnicycleCamera.h"
-#include "depthservo/scenario/Scenario.h"
+#include "depthservo/rig/SimulatedRigOptions.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/PointTracker.h"
 
@@ -20,11 +20,11 @@ namespace depthservo {
 /// exactly.
 double onNanosecondGrid(double time_s);
 
-/// The simulated side of a scenario: robot, plate, camera and odometry. It knows the truth and
+/// The simulated side of a options: robot, plate, camera and odometry. It knows the truth and
 /// hands out what sensors would.
 class World {
  public:
-  explicit World(const Scenario& scenario);
+  explicit World(const SimulatedRigOptions& options);
 
   double time() const { return time_s_; }
 
@@ -47,7 +47,7 @@ class World {
   /// Pose of the target in the camera now.
   Eigen::Isometry3d cMo() const { return robot_->wMc().inverse() * wMo_; }
 
-  /// The same from the goal, which the scenario must have, with the target where it is.
+  /// The same from the goal, which the options must have, with the target where it is.
   Eigen::Isometry3d cdMo() const;
   std::vector<TruePoint> goal() const;
 
@@ -73,7 +73,7 @@ class World {
   void addNoise(Twist& twist);
   Eigen::Vector2d gaussian2() { return {gaussian_(random_), gaussian_(random_)}; }
 
-  Scenario scenario_;
+  SimulatedRigOptions options_;
   std::unique_ptr<CameraRobot> robot_;
   UnicycleCamera* unicycle_;  // the robot, if it is one: it has wheels that count and slip
   SyntheticCamera camera_;

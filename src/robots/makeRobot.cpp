@@ -10,9 +10,9 @@
 
 namespace depthservo {
 
-std::unique_ptr<CameraRobot> makeRobot(const Scenario::Robot& robot,
-                                       const Scenario::RobotPose& pose) {
-  const Scenario::Limits& limits = robot.limits;
+std::unique_ptr<CameraRobot> makeRobot(const RobotOptions& robot,
+                                       const RobotPose& pose) {
+  const RobotLimits& limits = robot.limits;
   switch (robot.type) {
     case RobotKind::unicycle: {
       auto unicycle = std::make_unique<UnicycleCamera>(robot.camera_offset, robot.camera_yaw);

@@ -3,12 +3,12 @@
 #include <memory>
 
 #include "depthservo/robots/CameraRobot.h"
-#include "depthservo/scenario/Scenario.h"
+#include "depthservo/robots/RobotOptions.h"
 
 namespace depthservo {
 
 /// The robot of a scenario, at rest at a pose.
-std::unique_ptr<CameraRobot> makeRobot(const Scenario::Robot& robot,
-                                       const Scenario::RobotPose& pose);
+std::unique_ptr<CameraRobot> makeRobot(const RobotOptions& robot,
+                                       const RobotPose& pose);
 
 }  // namespace depthservo

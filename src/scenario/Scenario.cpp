@@ -29,16 +29,6 @@ constexpr Range kDuration = Range::above(0, 3600);  // s
 constexpr Range kDepth = Range::above(0, 1e6);      // m
 constexpr int kMostPoints = 64;
 
-const std::vector<Choice<EstimatorKind>>& estimators() {
-  static const std::vector<Choice<EstimatorKind>> all = {
-      {EstimatorKind::constant, "constant"},  {EstimatorKind::trueDepth, "true"},
-      {EstimatorKind::twoFrame, "two-frame"}, {EstimatorKind::nonlinear, "nonlinear"},
-      {EstimatorKind::window, "window"},      {EstimatorKind::filter, "filter"},
-      {EstimatorKind::joint, "joint"},        {EstimatorKind::pose, "pose"},
-  };
-  return all;
-}
-
 const std::vector<Choice<RobotKind>>& robots() {
   static const std::vector<Choice<RobotKind>> all = {
       {RobotKind::unicycle, "unicycle"},
@@ -79,29 +69,10 @@ std::vector<Choice<Outcome>> outcomes() {
   return all;
 }
 
-/// Why a word cannot be used: unknown, or known and not in this version.
-template <class Words, class Text>
-std::string refusal(const std::string& word, const Words& words, const Text& textOf) {
-  std::vector<std::string> all, available;
-  bool known = false;
-  for (const auto& candidate : words) {
-    all.push_back(textOf(candidate));
-    if (candidate.available) available.push_back(all.back());
-    known = known || all.back() == word;
-  }
-  std::string list = available.front();
-  for (std::size_t i = 1; i < available.size(); ++i) {
-    list += (i + 1 < available.size() ? ", " : " or ") + available[i];
-  }
-  if (known) return fmt::format("'{}' is not available in this version; use {}", word, list);
-  return fmt::format("expected {}, got {}; the nearest is '{}'", list, detail::quoted(word),
-                     nearestWord(word, all));
-}
-
 // The configuration
 // ---------------------------------------------------------------------------------
 
-void describe(Fields& f, Scenario::Camera& camera) {
+void describe(Fields& f, CameraOptions& camera) {
   const Range size{16, 8192}, focal = Range::above(0, 1e5), centre{0, 8191};
   for (auto [key, value] : {std::pair{"width", &camera.width}, {"height", &camera.height}}) {
     long long pixels = *value;
@@ -129,12 +100,12 @@ void describe(Fields& f, const char* key, VelocityProfile& profile, const Range&
   });
 }
 
-void describe(Fields& f, Scenario::Pose& pose, Need need) {
+void describe(Fields& f, RpyPose& pose, Need need) {
   f.numbers("xyz", pose.xyz, kPosition, "m", need);
   f.numbers("rpy", pose.rpy, kAngle, "rad", need);
 }
 
-void describe(Fields& f, Scenario::Target& target) {
+void describe(Fields& f, TargetOptions& target) {
   f.choice("type", target.type, targets());
   f.rows("points", target.points, {-100, 100}, "m",
          target.type == TargetKind::dots ? Need::required : Need::optional);
@@ -143,7 +114,7 @@ void describe(Fields& f, Scenario::Target& target) {
   const std::vector<std::string> names = aprilTagFamilies();
   for (const std::string& name : names) families.push_back({name, name.c_str()});
   f.choice("family", target.family, families);
-  f.list("tags", target.tags, [](Fields& item, Scenario::Tag& tag) {
+  f.list("tags", target.tags, [](Fields& item, TagOptions& tag) {
     long long id = tag.id;
     item.integer("id", id, {0, 1e6}, "", Need::required);
     tag.id = static_cast<int>(id);
@@ -157,7 +128,7 @@ void describe(Fields& f, Scenario::Target& target) {
   describe(f, "twist", target.twist, {-10, 10});
 }
 
-void describe(Fields& f, Scenario::RobotPose& pose, RobotKind robot) {
+void describe(Fields& f, RobotPose& pose, RobotKind robot) {
   const bool isFree = robot == RobotKind::free;
   const Need onFloor = isFree ? Need::optional : Need::required;
   f.number("x", pose.x, kPosition, "m", onFloor);
@@ -168,7 +139,7 @@ void describe(Fields& f, Scenario::RobotPose& pose, RobotKind robot) {
   describe(f, pose.camera, isFree ? Need::required : Need::optional);
 }
 
-void describe(Fields& f, Scenario::Robot& robot) {
+void describe(Fields& f, RobotOptions& robot) {
   f.choice("type", robot.type, robots(), Need::required);
   f.numbers("camera_offset", robot.camera_offset, {-10, 10}, "m");
   f.number("camera_yaw", robot.camera_yaw, kAngle, "rad");
@@ -182,7 +153,7 @@ void describe(Fields& f, Scenario::Robot& robot) {
   f.section("initial", Need::required,
             [&](Fields& pose) { describe(pose, robot.initial, robot.type); });
   f.section("goal", robot.goal,
-            [&](Fields& pose, Scenario::RobotPose& goal) { describe(pose, goal, robot.type); });
+            [&](Fields& pose, RobotPose& goal) { describe(pose, goal, robot.type); });
   f.section("limits", Need::optional, [&](Fields& limits) {
     limits.number("v", robot.limits.v, kLength, "m/s");
     limits.number("w", robot.limits.w, Range::above(0, 20), "rad/s");
@@ -196,14 +167,14 @@ void describe(Fields& f, Scenario::Robot& robot) {
   f.number("lag", robot.lag, {0, 5}, "s");
 }
 
-void describe(Fields& f, Scenario::Sensing& sensing) {
-  f.choice<Scenario::Source>(
+void describe(Fields& f, SensingOptions& sensing) {
+  f.choice<SensingSource>(
       "source", sensing.source,
-      {{Scenario::Source::geometry, "geometry"}, {Scenario::Source::image, "image"}});
+      {{SensingSource::geometry, "geometry"}, {SensingSource::image, "image"}});
   f.choice("tracker", sensing.tracker, targets());
   f.number("pixel_noise", sensing.pixel_noise, {0, 50}, "px");
   f.number("assumed_noise", sensing.assumed_noise, Range::above(0, 50), "px");
-  f.list("hidden", sensing.hidden, [](Fields& item, Scenario::Hidden& hidden) {
+  f.list("hidden", sensing.hidden, [](Fields& item, HiddenPeriod& hidden) {
     item.number("from", hidden.from, {0, 3600}, "s", Need::required);
     item.number("to", hidden.to, {0, 3600}, "s", Need::required);
     item.integers("points", hidden.points, {0, kMostPoints - 1});
@@ -217,7 +188,7 @@ void describe(Fields& f, Scenario::Sensing& sensing) {
   f.flag("light_on_dark", sensing.light_on_dark);
 }
 
-void describe(Fields& f, Scenario::Odometry& odometry) {
+void describe(Fields& f, OdometryOptions& odometry) {
   f.number("scale", odometry.scale, {0.1, 10}, "");
   f.number("scale_sigma", odometry.scale_sigma, {0, 1}, "");
   f.numbers("noise", odometry.noise, {0, 10}, "m/s, rad/s");
@@ -230,8 +201,8 @@ void describe(Fields& f, Scenario::Odometry& odometry) {
   f.number("wheel_base", odometry.wheel_base, kLength, "m");
 }
 
-void describe(Fields& f, Scenario::Depth& depth) {
-  f.choice("estimator", depth.estimator, estimators());
+void describe(Fields& f, EstimatorOptions& depth) {
+  f.choice("estimator", depth.estimator, estimatorWords());
   f.number("initial", depth.initial, kDepth, "m", Need::required);
   f.number("Z_min", depth.Z_min, kDepth, "m");
   f.number("Z_max", depth.Z_max, kDepth, "m");
@@ -254,7 +225,7 @@ void describe(Fields& f, Scenario::Depth& depth) {
   });
 }
 
-void describe(Fields& f, Scenario::Control& control) {
+void describe(Fields& f, ControlOptions& control) {
   f.choice("features", control.features, featureKinds());
   f.number("size_weight", control.size_weight, Range::above(0, 1000), "");
   f.number("gain", control.gain, Range::above(0, 100), "1/s");
@@ -262,14 +233,14 @@ void describe(Fields& f, Scenario::Control& control) {
   f.number("tolerance", control.tolerance, Range::above(0, 1000), "px");
   f.choice<ServoDepth>("depth", control.depth,
                        {{ServoDepth::observed, "observed"}, {ServoDepth::blended, "blended"}});
-  f.section("excite", control.excite, [](Fields& fields, Scenario::Excite& excite) {
+  f.section("excite", control.excite, [](Fields& fields, ExciteOptions& excite) {
     fields.number("speed", excite.speed, Range::above(0, 1), "m/s");
     fields.number("limit", excite.limit, Range::above(0, 1e4), "px");
   });
-  f.choice<Scenario::Interaction>("interaction", control.interaction,
-                                  {{Scenario::Interaction::current, "current"},
-                                   {Scenario::Interaction::mean, "mean"},
-                                   {Scenario::Interaction::desired, "desired"}});
+  f.choice<InteractionKind>("interaction", control.interaction,
+                                  {{InteractionKind::current, "current"},
+                                   {InteractionKind::mean, "mean"},
+                                   {InteractionKind::desired, "desired"}});
   f.number("hidden_sigma", control.hidden_sigma, Range::above(0, 1e5), "px");
   f.number("hidden_wait", control.hidden_wait, {0, 3600}, "s");
   f.choice("law", control.law, laws());
@@ -338,7 +309,7 @@ class KeyLister : public Fields {
   void rowsOf(const char* key, std::size_t, Rows&, const Range&, const char*, Need) override {
     add(key);
   }
-  void word(const char* key, std::size_t&, const std::vector<Word>&, Need) override { add(key); }
+  void word(const char* key, std::size_t&, const std::vector<std::string>&, Need) override { add(key); }
   void optionalSection(const char* key, bool, const std::function<void()>& create,
                        const Describe& describeSection) override {
     if (descend_) create();
@@ -424,15 +395,12 @@ class Reader : public Fields {
               Need need) override {
     if (reads(key, need)) value = mapping_.rows(key, width, range, unit);
   }
-  void word(const char* key, std::size_t& index, const std::vector<Word>& words,
+  void word(const char* key, std::size_t& index, const std::vector<std::string>& words,
             Need need) override {
     if (!reads(key, need)) return;
     const std::string text = mapping_.text(key);
-    const auto found = std::find_if(words.begin(), words.end(),
-                                    [&](const Word& word) { return text == word.text; });
-    if (found == words.end() || !found->available) {
-      mapping_.fail(key, refusal(text, words, [](const Word& word) { return word.text; }));
-    }
+    const auto found = std::find(words.begin(), words.end(), text);
+    if (found == words.end()) mapping_.fail(key, detail::unknownWord(text, words));
     index = static_cast<std::size_t>(found - words.begin());
   }
   void optionalSection(const char* key, bool, const std::function<void()>& create,
@@ -511,8 +479,8 @@ class JsonWriter : public Fields {
   void rowsOf(const char* key, std::size_t, Rows& value, const Range&, const char*, Need) override {
     json_[key] = value;
   }
-  void word(const char* key, std::size_t& index, const std::vector<Word>& words, Need) override {
-    json_[key] = words[index].text;
+  void word(const char* key, std::size_t& index, const std::vector<std::string>& words, Need) override {
+    json_[key] = words[index];
   }
   void optionalSection(const char* key, bool exists, const std::function<void()>&,
                        const Describe& describeSection) override {
@@ -645,7 +613,7 @@ void checkProfile(const std::string& path, const VelocityProfile& profile, std::
 
 /// What a robot or a law cannot do.
 void checkRobot(const Scenario& s, const Refuse& refuse) {
-  const Scenario::Robot& robot = s.robot;
+  const RobotOptions& robot = s.robot;
   const bool hasWheels = robot.type == RobotKind::unicycle;
   if (!hasWheels && robot.lag != 0) refuse("robot.lag", "only robot.type unicycle has a lag");
   if (!hasWheels && robot.camera_yaw != 0) {
@@ -722,7 +690,7 @@ void checkTarget(const Scenario& s, const YamlValue& root, const Refuse& refuse)
     const YamlValue* below = const_cast<YamlValue&>(root).find(section);
     return below && const_cast<YamlValue*>(below)->find(key);
   };
-  const Scenario::Target& target = s.target;
+  const TargetOptions& target = s.target;
   if (target.type == TargetKind::dots) {
     if (!target.tags.empty()) refuse("target.tags", "needs target.type: apriltag");
     if (isGiven("target", "family")) refuse("target.family", "needs target.type: apriltag");
@@ -770,7 +738,7 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
     if (at->option.empty()) throw InputError({file, at->line, path}, message);
     throw InputError({file, 0, at->option}, path + ": " + message);
   };
-  const Scenario::Camera& camera = s.camera;
+  const CameraOptions& camera = s.camera;
   if (camera.cx > camera.width - 1 || camera.cy > camera.height - 1) {
     refuse("camera", fmt::format("the principal point ({}, {}) px lies outside the {}x{} image",
                                  camera.cx, camera.cy, camera.width, camera.height));
@@ -810,7 +778,7 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
     refuse("sensing.exposure", fmt::format("{} s is longer than the time between images, {} s",
                                            s.sensing.exposure, interval_s));
   }
-  const Scenario::Depth& depth = s.depth;
+  const EstimatorOptions& depth = s.depth;
   if (depth.Z_min >= depth.Z_max) {
     refuse("depth.Z_min", fmt::format("{} m must be below Z_max = {} m", depth.Z_min, depth.Z_max));
   }
@@ -859,72 +827,6 @@ void checkTogether(const Scenario& s, const YamlValue& root, const std::string& 
 }
 
 }  // namespace
-
-const char* toString(EstimatorKind kind) {
-  for (const auto& choice : estimators()) {
-    if (choice.value == kind) return choice.word;
-  }
-  return "";
-}
-
-EstimatorKind availableEstimator(const std::string& name, const InputError::Place& place) {
-  for (const auto& choice : estimators()) {
-    if (choice.word == name && choice.available) return choice.value;
-  }
-  throw InputError(place, refusal(name, estimators(), [](const auto& c) { return c.word; }));
-}
-
-Eigen::Isometry3d Scenario::Pose::isometry() const {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
-                   Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
-                   Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
-                      .toRotationMatrix();
-  pose.translation() = xyz;
-  return pose;
-}
-
-AprilTagTarget Scenario::Target::trueTags() const {
-  AprilTagTarget target{family, {}};
-  for (const Tag& tag : tags) target.tags.push_back({tag.id, tag.size, tag.pose.isometry()});
-  return target;
-}
-
-AprilTagTarget Scenario::Target::assumedTags() const {
-  AprilTagTarget target{family, {}};
-  for (const Tag& tag : tags) {
-    target.tags.push_back({tag.id, tag.assumed_size, tag.pose.isometry()});
-  }
-  return target;
-}
-
-DotTarget Scenario::Target::dots() const {
-  if (type == TargetKind::dots) return {points, radius};
-  const AprilTagTarget known = assumedTags();
-  return {known.hasSizes() ? known.corners() : std::vector<Eigen::Vector3d>(), 0};
-}
-
-bool Scenario::Hidden::covers(double time_s, int point) const {
-  return time_s >= from && time_s < to &&
-         (points.empty() || std::find(points.begin(), points.end(), point) != points.end());
-}
-
-double Scenario::Sensing::assumedNoise_px() const {
-  constexpr double kLeastNoise_px = 0.1;
-  return assumed_noise.value_or(std::max(pixel_noise, kLeastNoise_px));
-}
-
-OdometryNoise Scenario::Odometry::declaredNoise() const {
-  return noise.isZero() ? OdometryNoise::none() : OdometryNoise::white(noise[0], noise[1], mode);
-}
-
-ObserverGains Scenario::Gains::observer() const {
-  if (!k || !k_3) return ObserverGains::scheduled(settling, W_min);
-  ObserverGains gains;
-  gains.k = *k;
-  gains.k_3 = *k_3;
-  return gains;
-}
 
 Scenario Scenario::load(const std::string& path, const std::vector<std::string>& overrides) {
   YamlValue root = detail::loadYaml(path);

@@ -21,13 +21,13 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
-vpServo::vpServoIteractionMatrixType interactionType(Scenario::Interaction interaction) {
+vpServo::vpServoIteractionMatrixType interactionType(InteractionKind interaction) {
   switch (interaction) {
-    case Scenario::Interaction::current:
+    case InteractionKind::current:
       return vpServo::CURRENT;
-    case Scenario::Interaction::mean:
+    case InteractionKind::mean:
       return vpServo::MEAN;
-    case Scenario::Interaction::desired:
+    case InteractionKind::desired:
       return vpServo::DESIRED;
   }
   return vpServo::CURRENT;
@@ -57,7 +57,7 @@ Eigen::VectorXd computed(vpServo& task, const CameraRobot& robot) {
   return Eigen::Map<const Eigen::VectorXd>(qdot.data, qdot.getRows());
 }
 
-void setUp(vpServo& task, const Scenario::Control& control) {
+void setUp(vpServo& task, const ControlOptions& control) {
   task.setServo(vpServo::EYEINHAND_L_cVe_eJe);
   task.setInteractionMatrixType(interactionType(control.interaction));
   task.setLambda(control.gain);

@@ -7,9 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/scenario/Scenario.h"
 #include "depthservo/features/FeaturePointGroup.h"
 #include "depthservo/robots/CameraRobot.h"
-#include "depthservo/scenario/Scenario.h"
+#include "depthservo/servo/ServoOptions.h"
 
 namespace depthservo {
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/scenario/Scenario.h"
 #include "depthservo/observation/RunLog.h"
 #include "rig/World.h"
 

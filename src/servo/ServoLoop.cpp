@@ -21,6 +21,7 @@
 #include "observation/unexcited.h"
 #include "rig/CameraClock.h"
 #include "rig/World.h"
+#include "rig/simulatedSetup.h"
 #include "servo/ControlLaw.h"
 #include "servo/OutcomeJudge.h"
 
@@ -73,7 +74,7 @@ ServoGoal goalOf(const Scenario& scenario, const World& world) {
 }
 
 EstimatorSetup setupOf(const Scenario& s, const World& world) {
-  EstimatorSetup setup = EstimatorSetup::of(s);
+  EstimatorSetup setup = simulatedSetup(s, s.depth);
   if (s.control.coupled) setup.coupledGoal = world.cdMo();
   return setup;
 }
@@ -83,7 +84,7 @@ std::optional<double> coupledGain(const Scenario& s) {
 }
 
 /// When the target stops for good [s].
-double endOfMotion(const Scenario::Target& target) {
+double endOfMotion(const TargetOptions& target) {
   return target.twist.empty() ? 0 : target.twist.back().until;
 }
 
@@ -153,7 +154,7 @@ ServoLoop::ServoLoop(const Scenario& scenario) : parts_(std::make_unique<Parts>(
 
   requireInView(p.world.truth(), camera, scenario.file, "robot.initial");
   for (const World::TruePoint& point : p.world.truth()) p.starts.emplace_back(point.u, point.v);
-  const bool throughImages = scenario.sensing.source == Scenario::Source::image;
+  const bool throughImages = scenario.sensing.source == SensingSource::image;
   if (throughImages && scenario.target.type == TargetKind::apriltag) {
     p.tracker = std::make_unique<AprilTagTracker>(scenario.target.assumedTags());
   } else if (throughImages) {
@@ -268,7 +269,7 @@ void ServoLoop::look(double time_s) {
   const double stamp_s = fileTime(time_s + p.scenario.sensing.latency);
   Exposure exposure{stamp_s, {}, {}, p.world.truth(), p.world.robot().wMc()};
   Stopwatch watch;
-  if (p.scenario.sensing.source == Scenario::Source::image) {
+  if (p.scenario.sensing.source == SensingSource::image) {
     p.world.expose(exposure.image);
   } else {
     exposure.measured = p.world.measure();

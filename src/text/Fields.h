@@ -7,19 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "text/Names.h"
 #include "text/TextFile.h"
 
 namespace depthservo::detail {
 
 enum class Need { optional, required };
-
-/// A word that may stand for a value, and whether this version can act on it.
-template <class Enum>
-struct Choice {
-  Enum value;
-  const char* word;
-  bool available = true;
-};
 
 /// Visits the keys of a configuration. One function describes the configuration to it; readers,
 /// writers and lists of keys derive from it.
@@ -55,10 +48,6 @@ class Fields {
   void choice(const char* key, Enum& value, const std::vector<Choice<Enum>>& choices,
               Need need = Need::optional);
 
-  /// A key with one word that this version can act on; it and later ones are `words`.
-  void onlyChoice(const char* key, const std::vector<const char*>& words,
-                  Need need = Need::optional);
-
   using Describe = std::function<void(Fields&)>;
   virtual void section(const char* key, Need need, const Describe& describe) = 0;
 
@@ -81,11 +70,7 @@ class Fields {
   using Rows = std::vector<std::vector<double>>;
   virtual void rowsOf(const char* key, std::size_t width, Rows& value, const Range& range,
                       const char* unit, Need need) = 0;
-  struct Word {
-    const char* text;
-    bool available;
-  };
-  virtual void word(const char* key, std::size_t& index, const std::vector<Word>& words,
+  virtual void word(const char* key, std::size_t& index, const std::vector<std::string>& words,
                     Need need) = 0;
   virtual void optionalSection(const char* key, bool exists, const std::function<void()>& create,
                                const Describe& describe) = 0;
@@ -107,21 +92,12 @@ void Fields::rows(const char* key, std::vector<Eigen::Matrix<double, width, 1>>&
 template <class Enum>
 void Fields::choice(const char* key, Enum& value, const std::vector<Choice<Enum>>& choices,
                     Need need) {
-  std::vector<Word> words;
   std::size_t index = 0;
   for (std::size_t i = 0; i < choices.size(); ++i) {
-    words.push_back({choices[i].word, choices[i].available});
     if (choices[i].value == value) index = i;
   }
-  word(key, index, words, need);
+  word(key, index, wordsOf(choices), need);
   value = choices[index].value;
-}
-
-inline void Fields::onlyChoice(const char* key, const std::vector<const char*>& texts, Need need) {
-  std::vector<Word> words;
-  for (const char* text : texts) words.push_back({text, words.empty()});
-  std::size_t index = 0;
-  word(key, index, words, need);
 }
 
 }  // namespace depthservo::detail

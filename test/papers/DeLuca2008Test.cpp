@@ -101,7 +101,7 @@ class FocalScenario : public testing::Test {
   FocalReplay observe(const std::string& name, const FocalGains& gains, std::optional<double> Z) {
     const std::string sequence = folder_ / "sequence";
     record(Scenario::load(scenarioFile(name)), sequence);
-    FocalReplayOptions options;
+    FocalObservationOptions options;
     options.gains = gains;
     options.Z = Z;
     return replayFocal(Sequence(sequence), options);

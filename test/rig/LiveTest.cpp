@@ -113,7 +113,7 @@ TEST_F(LiveTest, says_that_an_estimator_needs_a_known_target) {
 TEST_F(LiveTest, does_not_take_natural_corners_for_the_target) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 1);
   TwistStream twists(folder_ / "twists");
-  options_.observation.tracker = ReplayTracker::klt;
+  options_.observation.tracker = TrackerKind::klt;
   EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }),
                         {"--motion target", "klt"}));
   EXPECT_EQ(inputErrorOf([&] { Live(options_, camera, &twists); }), "");
@@ -137,7 +137,7 @@ TEST_F(LiveTest, without_a_log_only_the_last_frames_stay_in_memory) {
 TEST_F(LiveTest, needs_something_to_track_and_a_motion) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 1);
   options_.target = {};
-  options_.observation.tracker = ReplayTracker::dots;
+  options_.observation.tracker = TrackerKind::dots;
   EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }), {"no dots"}));
   options_.target.dots = {{0, 100, 100}};
   EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }), {"motion"}));

@@ -58,8 +58,8 @@ Eigen::Isometry3d at(double x, double y, double z, const Eigen::Vector3d& r = {0
   return M;
 }
 
-ReplayOptions with(ReplayTracker tracker) {
-  ReplayOptions options;
+ObservationOptions with(TrackerKind tracker) {
+  ObservationOptions options;
   options.tracker = tracker;
   options.odometryNoise = OdometryNoise::none();
   options.depth.initial = 2;
@@ -86,7 +86,7 @@ double trueDepth(int corner, double time_s) {
 
 template <class Prepare>
 RunLog replayedTag(std::optional<double> believedSize, const Prepare& prepare,
-                   ReplayOptions options = with(ReplayTracker::automatic)) {
+                   ObservationOptions options = with(TrackerKind::automatic)) {
   const TemporaryFolder folder;
   SyntheticCameraOptions noise;
   noise.gray_noise = 3;
@@ -179,7 +179,7 @@ TEST(AprilTagReplay, tags_nobody_named_are_found_by_their_family) {
   const SyntheticCamera scene(kCamera, tag(kTagSize).patches());
   const Sequence sequence =
       recorded(folder / "tag", scene, 40, kTagPose, kTagTwist, {}, [](int, SyntheticView&) {});
-  const RunLog log = replay(sequence, with(ReplayTracker::apriltag));
+  const RunLog log = replay(sequence, with(TrackerKind::apriltag));
   ASSERT_EQ(log.frames.back().features.size(), 4u);
   for (int j = 0; j < 4; ++j) {
     EXPECT_EQ(log.frames.back().features[static_cast<std::size_t>(j)].id, 4 * 9 + j);
@@ -235,7 +235,7 @@ TEST(KltReplay, the_median_depth_error_is_below_one_percent_after_two_seconds_at
     const SyntheticCamera scene(kCamera, Room().patches, noise);
     const Sequence sequence = recorded(folder / "room", scene, 61, Eigen::Isometry3d::Identity(),
                                        twist, {}, [](int, SyntheticView&) {});
-    const RunLog log = replay(sequence, with(ReplayTracker::klt));
+    const RunLog log = replay(sequence, with(TrackerKind::klt));
     const auto errors = finalErrors(log, scene, viewAt(twist, log.frames.back().time_s));
     ASSERT_GE(errors.size(), 150u);
     EXPECT_LT(errors[errors.size() / 2], 0.01);
@@ -262,7 +262,7 @@ TEST(KltReplay, what_moves_by_itself_ends_up_flagged_and_not_averaged_in) {
   const Sequence sequence =
       recorded(folder / "room", scene, 61, Eigen::Isometry3d::Identity(), kSideways, {},
                [&](int k, SyntheticView& view) { move(k / kRate, view); });
-  const RunLog log = replay(sequence, with(ReplayTracker::klt));
+  const RunLog log = replay(sequence, with(TrackerKind::klt));
 
   // Points by what they were on when they were first seen, well inside it.
   const auto isOnMover = [&](const SyntheticView& view, const FeatureRecord& f) {

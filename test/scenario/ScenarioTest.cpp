@@ -66,7 +66,7 @@ TEST_F(ScenarioTest, has_defaults_for_all_but_the_necessary) {
   EXPECT_EQ(s.depth.estimator, EstimatorKind::filter);
   EXPECT_EQ(s.control.gain, 0.57);
   EXPECT_EQ(s.robot.limits.v, 0.5);
-  EXPECT_EQ(s.sensing.source, Scenario::Source::image);
+  EXPECT_EQ(s.sensing.source, SensingSource::image);
   EXPECT_FALSE(s.expect.has_value());
   EXPECT_EQ(s.sensing.assumedNoise_px(), 0.1);
   EXPECT_EQ(loadWith({"sensing.pixel_noise=0.4"}).sensing.assumedNoise_px(), 0.4);
@@ -87,7 +87,7 @@ TEST_F(ScenarioTest, the_default_plate_faces_a_camera_that_looks_along_world_x) 
 }
 
 TEST_F(ScenarioTest, rpy_turns_about_x_then_y_then_z_of_the_world) {
-  Scenario::Pose pose;
+  RpyPose pose;
   pose.rpy = {0.3, 0.4, 0.5};
   const double cr = std::cos(0.3), sr = std::sin(0.3), cp = std::cos(0.4), sp = std::sin(0.4),
                cy = std::cos(0.5), sy = std::sin(0.5);

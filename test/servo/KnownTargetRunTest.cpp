@@ -168,7 +168,7 @@ TEST(MovingTarget, replay_of_a_recorded_run_gives_the_same_depths) {
   const Scenario s = Scenario::load(scenario("moving-target"), swinging({"duration=4"}));
   const RunLog recorded = record(s, sequence);
   const Sequence read(sequence);
-  const RunLog replayed = replay(read, ReplayOptions::of(read));
+  const RunLog replayed = replay(read, ObservationOptions::of(read));
   ASSERT_EQ(replayed.frames.size(), recorded.frames.size());
   for (std::size_t k = 0; k < replayed.frames.size(); ++k) {
     for (std::size_t i = 0; i < 4; ++i) {
@@ -325,7 +325,7 @@ TEST(RefusedReplay, pose_needs_a_target) {
   s.control.desired.clear();
   record(s, sequence);
   const Sequence read(sequence);
-  ReplayOptions options = ReplayOptions::of(read);
+  ObservationOptions options = ObservationOptions::of(read);
   options.depth.estimator = EstimatorKind::pose;
   EXPECT_TRUE(test::isRefusal(test::inputErrorOf([&] { replay(read, options); }),
                               {"known target", "at least four points"}));

@@ -59,7 +59,7 @@ Comparison compare(const Scenario& scenario, const CompareOptions& options,
 
 /// Tracks the points of recorded data once, as `replay` does with these options, and lets every
 /// estimator observe them. \param progress may be empty \throw InputError
-Comparison compare(const Sequence& sequence, const ReplayOptions& replayOptions,
+Comparison compare(const Sequence& sequence, const ObservationOptions& replayOptions,
                    const CompareOptions& options, const std::function<void(double)>& progress = {});
 
 /// One JSON object; no wall clock in it.

@@ -59,12 +59,12 @@ class PixelNoiseMeter {
 
 /// Of a recorded sequence. \param progress called with the fraction done, may be empty
 /// \throw InputError as `replay` does, or fewer than `kLeast` images show a point
-PixelNoise measurePixelNoise(const Sequence& sequence, ReplayTracker tracker,
+PixelNoise measurePixelNoise(const Sequence& sequence, TrackerKind tracker,
                              const std::function<void(double)>& progress = {});
 
 /// Of the next images of a source, at most this many. \throw InputError as above
 PixelNoise measurePixelNoise(ImageSource& images, std::size_t most, const SequenceTarget& seen,
-                             ReplayTracker tracker,
+                             TrackerKind tracker,
                              const std::function<void(double)>& progress = {});
 
 }  // namespace depthservo

@@ -18,7 +18,7 @@ struct LiveOptions {
   PinholeCamera camera;
   SequenceTarget target;      ///< dots, AprilTags; none: natural corners
   std::string targetFile;     ///< that named it, for messages; may be empty
-  ReplayOptions observation;  ///< tracker, estimator, first guess, noise; motion plays no part
+  ObservationOptions observation;  ///< tracker, estimator, first guess, noise; motion plays no part
   double rate = 0;            ///< images per second, 0: not known; for the gain of `pose` [Hz]
   double duration_s = 0;      ///< stop after this time of the images' clock; 0: at their end
   bool keepsLog = true;       ///< false: only the last frames stay in memory
