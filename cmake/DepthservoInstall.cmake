@@ -4,7 +4,7 @@
 include(CMakePackageConfigHelpers)
 
 foreach(room visp motion camera depth pose features robots target text tracking simulation sequence
-             observation rig servo scenario)
+             observation rig servo)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/depthservo/${room}
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/depthservo)
 endforeach()

@@ -30,7 +30,7 @@ Comparison compareScenario(const CompareArguments& arguments) {
                  "is for sequences; in a scenario use --set, e.g. depth.initial=2");
   }
   const Scenario scenario = Scenario::load(arguments.data, arguments.overrides);
-  RunProgress progress(scenario.name, scenario);
+  RunProgress progress(scenario.name, 0, scenario.duration);
   return compare(scenario, arguments.options, &progress);
 }
 
@@ -41,8 +41,9 @@ Comparison compareSequence(const CompareArguments& arguments) {
   const Sequence sequence(arguments.data, arguments.sequence.source);
   for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
   const ObservationOptions options = optionsOf(arguments.sequence, sequence);
-  ProgressBar bar("compare " + sequence.name());
-  return compare(sequence, options, arguments.options, [&](double done) { bar.show(done); });
+  RunProgress progress("compare " + sequence.name(), sequence.frames().front().time_s,
+                       sequence.frames().back().time_s);
+  return compare(sequence, options, arguments.options, &progress);
 }
 
 /// One line: a name, a figure at each time, and what follows.

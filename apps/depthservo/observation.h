@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/rig/Replay.h"
+#include "depthservo/rig/RecordedRig.h"
 
 namespace depthservo {
 

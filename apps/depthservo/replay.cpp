@@ -1,5 +1,3 @@
-#include "depthservo/rig/Replay.h"
-
 #include <fmt/core.h>
 
 #include <memory>
@@ -10,6 +8,7 @@
 #include "depthservo/experiments/FocalReplay.h"
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/RunFolder.h"
+#include "depthservo/rig/RecordedRig.h"
 #include "findings.h"
 #include "observation.h"
 
@@ -62,7 +61,7 @@ void printFocal(const FocalReplay& replay) {
 int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence,
                       const ObservationOptions& options) {
   if (!arguments.baseline.empty()) refuseOption("--baseline", "is for --observe depth");
-  FocalObservationOptions focal;
+  FocalReplayOptions focal;
   focal.replay = options;
   if (!arguments.data.observation.prior.empty()) focal.Z = options.depth.initial;
   if (arguments.focalGains.size() == 3) {
@@ -70,8 +69,9 @@ int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence
   }
   FocalReplay result;
   {
-    ProgressBar bar("replay " + sequence.name());
-    result = replayFocal(sequence, focal, [&](double done) { bar.show(done); });
+    RunProgress progress("replay " + sequence.name(), sequence.frames().front().time_s,
+                         sequence.frames().back().time_s);
+    result = replayFocal(sequence, focal, &progress);
   }
   if (!arguments.out.empty()) writeFocalFolder(result, arguments.out);
   printFocal(result);
@@ -96,8 +96,9 @@ int replaySequence(const ReplayArguments& arguments) {
   if (!arguments.focalGains.empty()) refuseOption("--focal-gains", "is for --observe focal");
   RunLog log;
   {
-    ProgressBar bar("replay " + sequence.name());
-    log = replay(sequence, options, [&](double done) { bar.show(done); });
+    RunProgress progress("replay " + sequence.name(), sequence.frames().front().time_s,
+                         sequence.frames().back().time_s);
+    log = replay(sequence, options, &progress);
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);

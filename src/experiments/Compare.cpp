@@ -10,11 +10,10 @@
 
 #include "depthservo/depth/CramerRaoBound.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
-#include "observation/ObservationSetup.h"
+#include "observation/ObserverSetup.h"
 #include "report/Html.h"
 #include "report/RunFiles.h"
 #include "text/NewFolder.h"
-#include "observation/makeTracker.h"
 
 namespace depthservo {
 namespace {
@@ -397,10 +396,10 @@ class Witness : public RunWatcher {
  public:
   explicit Witness(RunWatcher* next) : next_(next) {}
 
-  void onFrame(const RunFrame& frame) override {
-    poses_.push_back(frame.wMc);
-    rows_ = frame.odometry;
-    if (next_) next_->onFrame(frame);
+  bool onFrame(const RunFrame& frame) override {
+    poses_.push_back(*frame.exposure.wMc);
+    rows_ = frame.rig.odometry();
+    return !next_ || next_->onFrame(frame);
   }
   const std::vector<Eigen::Isometry3d>& poses() const { return poses_; }
   const std::vector<OdometryRow>& rows() const { return rows_; }
@@ -417,13 +416,6 @@ void refuseTruth(const CompareOptions& options) {
       throw InputError({"--estimators", 0, ""},
                        "'true' is told the depths it would be compared with; leave it out");
     }
-  }
-}
-
-void requireTarget(const Scenario& scenario) {
-  if (const auto why = whyNoTarget(scenario.target.points)) {
-    throw InputError({scenario.file, 0, "target.points"},
-                     fmt::format("the estimator 'pose' needs a known target: {}", *why));
   }
 }
 
@@ -565,24 +557,35 @@ Panel panelOf(const Comparison& comparison, const std::string& title,
 
 }  // namespace
 
+namespace {
+
+/// What both kinds of sources have in common. \param source and \param observation outlive it
+Measured measuredOf(const ObservedSource& source, const ObservationOptions& observation) {
+  Measured measured;
+  measured.nominalPeriod_s = source.rowPeriod_s;
+  measured.prior = observation.prior();
+  measured.odometryNoise = observation.odometryNoise.value_or(OdometryNoise());
+  measured.odometryScaleSigma = observation.odometryScaleSigma;
+  measured.setup = [&](EstimatorKind kind) {
+    ObservationOptions other = observation;
+    other.depth.estimator = kind;
+    return setupOf(source, other);
+  };
+  return measured;
+}
+
+}  // namespace
+
 Comparison compare(const Scenario& scenario, const CompareOptions& options, RunWatcher* watcher) {
   refuseTruth(options);
   Witness witness(watcher);
-  const RunLog log = ServoLoop(scenario).run(&witness);
-  Measured measured;
+  const RunLog log = run(scenario, &witness);
+  const SimulatedRig rig(scenario, scenario.file);
+  const ObservationOptions observation = withTracker(rig.source(), observationOf(scenario, rig));
+  Measured measured = measuredOf(rig.source(), observation);
   measured.name = scenario.name;
   measured.rows = witness.rows();
-  measured.nominalPeriod_s = 1 / scenario.odometry.rate;
-  measured.prior = {scenario.depth.initial};
-  measured.odometryNoise = scenario.odometry.declaredNoise();
-  measured.odometryScaleSigma = scenario.odometry.scale_sigma;
   measured.isTargetStill = scenario.target.twist.empty();
-  measured.setup = [&](EstimatorKind kind) {
-    Scenario other = scenario;
-    other.depth.estimator = kind;
-    if (kind == EstimatorKind::pose) requireTarget(scenario);
-    return simulatedSetup(other, other.depth);
-  };
   readLog(log, measured);
   for (std::size_t k = 0; k < measured.frames.size(); ++k) {
     measured.frames[k].wMc = witness.poses()[k];
@@ -590,23 +593,15 @@ Comparison compare(const Scenario& scenario, const CompareOptions& options, RunW
   return compareOn(measured, options, scenario.file);
 }
 
-Comparison compare(const Sequence& sequence, const ObservationOptions& replayOptions,
-                   const CompareOptions& options, const std::function<void(double)>& progress) {
+Comparison compare(const Sequence& sequence, const ObservationOptions& asked,
+                   const CompareOptions& options, RunWatcher* watcher) {
   refuseTruth(options);
-  const RunLog log = replay(sequence, replayOptions, progress);
-  Measured measured;
+  const RunLog log = replay(sequence, asked, watcher);
+  const ObservedSource source = ObservedSource::of(sequence);
+  const ObservationOptions observation = withTracker(source, asked);
+  Measured measured = measuredOf(source, observation);
   measured.name = sequence.name();
   measured.rows = log.odometry;
-  measured.prior = replayOptions.prior();
-  measured.odometryNoise = replayOptions.odometryNoise.value_or(OdometryNoise());
-  measured.odometryScaleSigma = replayOptions.odometryScaleSigma;
-  measured.setup = [source = ObservedSource::of(sequence), &replayOptions,
-                    tracker = chooseTracker(sequence, replayOptions.tracker)](EstimatorKind kind) {
-    ObservationOptions other = replayOptions;
-    other.tracker = tracker;
-    other.depth.estimator = kind;
-    return setupOf(source, other);
-  };
   readLog(log, measured);
   auto pose = sequence.poses().begin();
   for (MeasuredFrame& frame : measured.frames) {

@@ -310,8 +310,8 @@ std::string remark(const FocalReplay& replay) {
   return text;
 }
 
-FocalReplay replayFocal(const Sequence& sequence, const FocalObservationOptions& options,
-                        const std::function<void(double)>& progress) {
+FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& options,
+                        RunWatcher* watcher) {
   if (options.replay.motion == MotionSource::target ||
       (options.replay.motion == MotionSource::automatic && sequence.odometry().empty() &&
        sequence.poses().size() < 2)) {
@@ -320,7 +320,7 @@ FocalReplay replayFocal(const Sequence& sequence, const FocalObservationOptions&
         "the focal length needs the camera's motion from twist.csv or groundtruth.txt: "
         "the pose of a target is computed with a focal length");
   }
-  const RunLog log = replay(sequence, options.replay, progress);
+  const RunLog log = replay(sequence, options.replay, watcher);
   const Motions motions(log);
   requireTurning(sequence, motions);
 

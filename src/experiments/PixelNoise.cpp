@@ -114,8 +114,9 @@ PixelNoise resultOf(const PixelNoiseMeter& meter, const std::string& source) {
 
 PixelNoise measurePixelNoise(const Sequence& sequence, TrackerKind wanted,
                              const std::function<void(double)>& progress) {
+  const ObservedSource source = ObservedSource::of(sequence);
   const std::unique_ptr<PointTracker> tracker =
-      makeTracker(targetOf(sequence), chooseTracker(sequence, wanted), {});
+      makeTracker(source.target, chooseTracker(source, wanted), {});
   PixelNoiseMeter meter;
   const std::size_t count = sequence.frames().size();
   for (std::size_t k = 0; k < count; ++k) {
@@ -135,8 +136,9 @@ PixelNoise measurePixelNoise(const Sequence& sequence, TrackerKind wanted,
 
 PixelNoise measurePixelNoise(ImageSource& images, std::size_t most, const SequenceTarget& seen,
                              TrackerKind wanted, const std::function<void(double)>& progress) {
+  const ObservedSource source{"--source", "", {}, seen};
   const std::unique_ptr<PointTracker> tracker =
-      makeTracker(seen, chooseTracker(seen, wanted, "--source"), {});
+      makeTracker(seen, chooseTracker(source, wanted), {});
   PixelNoiseMeter meter;
   TimedImage image;
   for (std::size_t k = 0; k < most && images.next(image); ++k) {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kDelta = 0.95;
 
-std::string sentence(const FrameRateReport& report) {
+std::string sentence(const FrameRateReport& report, bool isGuarded) {
   const FrameRateCheck& c = report.check;
   const char* law = report.kc ? "coupled law" : "observer";
   const std::string rate =
@@ -28,18 +28,19 @@ std::string sentence(const FrameRateReport& report) {
                          proved, c.true_limit_fps);
     case FrameRateVerdict::tooSlow:
       return fmt::format(
-          "{}: below the {:.3g} Hz at which corrections overshoot; each is ended once complete",
-          rate, c.true_limit_fps);
+          "{}: below the {:.3g} Hz at which corrections overshoot{}", rate, c.true_limit_fps,
+          isGuarded ? "; each is ended once complete" : " (depth.pose.guard: false)");
   }
   return rate;
 }
 
 }  // namespace
 
-FrameRateMonitor::FrameRateMonitor(const EstimatorSetup& setup, std::optional<double> kc)
+FrameRateMonitor::FrameRateMonitor(const EstimatorSetup& setup)
     : ke_(setup.depth.estimator == EstimatorKind::pose ? observerGain(setup) : 0),
       kappa_(setup.depth.pose.kappa),
-      kc_(kc) {}
+      kc_(setup.depth.pose.kc),
+      isGuarded_(setup.depth.pose.guard) {}
 
 std::optional<std::string> FrameRateMonitor::watch(const PointSetEstimator& estimator) {
   const auto* target = dynamic_cast<const KnownTargetEstimator*>(&estimator);
@@ -48,7 +49,7 @@ std::optional<std::string> FrameRateMonitor::watch(const PointSetEstimator& esti
   if (std::isinf(fps) || (report_ && fps == report_->check.fps)) return {};
   const auto before = report_ ? report_->check.verdict : FrameRateVerdict::guaranteed;
   report_ = FrameRateReport{ke_, kappa_, kc_, checkFrameRate(fps, ke_, kappa_, kDelta, kc_), ""};
-  report_->sentence = sentence(*report_);
+  report_->sentence = sentence(*report_, isGuarded_);
   if (report_->check.verdict == before) return {};
   return report_->sentence;
 }

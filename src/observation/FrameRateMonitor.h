@@ -11,8 +11,7 @@ namespace depthservo {
 /// Judges the frame rate that a running `pose` estimator meets by the conditions for its gain.
 class FrameRateMonitor {
  public:
-  /// \param kc camera gain of the coupled law; none: any other
-  explicit FrameRateMonitor(const EstimatorSetup& setup, std::optional<double> kc = {});
+  explicit FrameRateMonitor(const EstimatorSetup& setup);
 
   /// Looks at the lowest rate met so far; what is now to be said, if anything. Does nothing for
   /// other estimators.
@@ -24,6 +23,7 @@ class FrameRateMonitor {
  private:
   double ke_, kappa_;
   std::optional<double> kc_;
+  bool isGuarded_;
   std::optional<FrameRateReport> report_;
 };
 

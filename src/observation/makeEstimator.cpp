@@ -103,8 +103,8 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
       options.ke = observerGain(setup);
       using LostFrames = VisualMotionObserverOptions::LostFrames;
       options.lostFrames = setup.depth.pose.guard ? LostFrames::guarded : LostFrames::unguarded;
-      options.coupledGoal = setup.coupledGoal;
-      options.couplingStep_s = setup.couplingStep_s;
+      options.coupledGoal = setup.depth.pose.coupledGoal;
+      options.couplingStep_s = setup.depth.pose.couplingStep_s;
       return std::make_unique<KnownTargetEstimator>(setup.target.points, options, range);
     }
   }

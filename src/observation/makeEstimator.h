@@ -7,22 +7,20 @@
 #include "depthservo/depth/PointSetEstimator.h"
 #include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/observation/EstimatorOptions.h"
+#include "depthservo/observation/RunLog.h"
 #include "depthservo/target/DotTarget.h"
 
 namespace depthservo {
 
-/// What an estimator is made from.
+/// What an estimator is made from, worked out of its options and what it observes.
 struct EstimatorSetup {
-  EstimatorOptions depth;          ///< which one, its first guess and its range
+  EstimatorOptions depth;         ///< which one, its first guess and its range
   OdometryNoise odometry;         ///< as declared
   double odometryScaleSigma = 0;  ///< relative, 1 sigma
   DotTarget target;               ///< for `pose`
   double frameRate = 30;          ///< images per second [Hz]; for the gain of `pose`
   double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
   double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
-
-  std::optional<Eigen::Isometry3d> coupledGoal = {};  ///< of the coupled regulation with `pose`
-  double couplingStep_s = 0.005;                      ///< its odometry step [s]
 };
 
 /// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at

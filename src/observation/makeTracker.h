@@ -1,22 +1,18 @@
 #pragma once
 
 #include <memory>
-#include <string>
+#include <vector>
 
 #include "depthservo/observation/ObservationOptions.h"
-#include "depthservo/sequence/Sequence.h"
+#include "depthservo/observation/ObservedSource.h"
 #include "depthservo/tracking/PointTracker.h"
-#include "observation/ImageObserver.h"
 
 namespace depthservo {
 
-/// How points are to be found in this sequence. \throw InputError it lacks what that takes
-TrackerKind chooseTracker(const Sequence& sequence, TrackerKind wanted);
-
-/// How this target is to be found in images; natural corners where there is none.
-/// \param source of the images, for messages \throw InputError it lacks what that takes
-TrackerKind chooseTracker(const SequenceTarget& seen, TrackerKind wanted,
-                            const std::string& source);
+/// How the points of a source are to be found: apriltag where the target has tags, dots where its
+/// dots are known, corners where nothing is, tracks where there are no images.
+/// \throw InputError it lacks what the wanted one takes
+TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted);
 
 const char* nameOf(TrackerKind tracker);
 
@@ -26,15 +22,14 @@ bool measuresNoise(TrackerKind tracker);
 /// Whether points and their ids are known only when they are seen: they are not the target's.
 bool findsPoints(const SequenceTarget& seen, TrackerKind tracker);
 
-/// The target that a sequence names.
-SequenceTarget targetOf(const Sequence& sequence);
+/// The tags of the target, or all of a family with unknown sizes.
+AprilTagTarget tagsOf(const SequenceTarget& seen, const ObservationOptions& options);
+
+/// Of every point of the target, ascending.
+std::vector<int> idsOf(const SequenceTarget& seen, TrackerKind tracker);
 
 /// Null for tracks.
 std::unique_ptr<PointTracker> makeTracker(const SequenceTarget& seen, TrackerKind tracker,
                                           const ObservationOptions& options);
-
-/// The tracker and what the observer must know of its points.
-void putTracker(ImageObserver::Parts& parts, const SequenceTarget& seen, TrackerKind tracker,
-                const ObservationOptions& options);
 
 }  // namespace depthservo

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/scenario/run.h"
 #include "papers/Durand2010.h"
 
 namespace depthservo::durand2010 {
@@ -18,7 +18,10 @@ constexpr double kTolerance = 0.3;
 
 class Witness : public RunWatcher {
  public:
-  void onFrame(const RunFrame& frame) override { wMc.push_back(frame.wMc); }
+  bool onFrame(const RunFrame& frame) override {
+    wMc.push_back(*frame.exposure.wMc);
+    return true;
+  }
   std::vector<Eigen::Isometry3d> wMc;
 };
 
@@ -220,7 +223,7 @@ double ImageRun::error_px(std::size_t frame) const {
 ImageRun runThroughImages(const Scenario& scenario) {
   Witness witness;
   ImageRun run;
-  run.log = ServoLoop(scenario).run(&witness);
+  run.log = depthservo::run(scenario, &witness);
   run.wMc = std::move(witness.wMc);
   return run;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "depthservo/motion/Motion.h"
+#include "depthservo/observation/RunLog.h"
 #include "depthservo/sequence/SequenceWriter.h"
 #include "robots/makeRobot.h"
 #include "robots/wheels.h"
@@ -145,31 +146,30 @@ Eigen::Isometry3d World::cdMo() const {
   return makeRobot(options_.robot, *options_.robot.goal)->wMc().inverse() * wMo_;
 }
 
-std::vector<World::TruePoint> World::goal() const { return seenAt(cdMo()); }
+std::vector<TruePoint> World::goal() const { return seenAt(cdMo()); }
 
-std::vector<World::TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const {
-  const bool seesEllipses = options_.sensing.source == SensingSource::image &&
-                            options_.target.type == TargetKind::dots;
+std::vector<TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const {
+  const bool seesEllipses =
+      options_.sensing.source == SensingSource::image && options_.target.type == TargetKind::dots;
   const PinholeCamera camera = options_.camera.truePinhole();
   std::vector<TruePoint> points;
   for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
     const Eigen::Vector3d p = cMo * options_.target.points[i];
-    Eigen::Vector2d seen(kUnknown, kUnknown);
+    Eigen::Vector2d seen = Eigen::Vector2d::Constant(kUnknown);
     if (p.z() > 0) seen = camera.toPixel(p.x() / p.z(), p.y() / p.z());
     if (seesEllipses) {
       const auto ellipse = camera_.ellipse(cMo, i);
       if (ellipse) seen = ellipse->centre;
     }
-    points.push_back({seen.x(), seen.y(), p.z()});
+    points.push_back({static_cast<int>(i), p.z(), seen.x(), seen.y()});
   }
   return points;
 }
 
 bool World::isHidden(std::size_t point) const {
-  return std::any_of(options_.sensing.hidden.begin(), options_.sensing.hidden.end(),
-                     [&](const HiddenPeriod& hidden) {
-                       return hidden.covers(time_s_, static_cast<int>(point));
-                     });
+  return std::any_of(
+      options_.sensing.hidden.begin(), options_.sensing.hidden.end(),
+      [&](const HiddenPeriod& hidden) { return hidden.covers(time_s_, static_cast<int>(point)); });
 }
 
 std::vector<Eigen::Vector2d> World::pixelErrors() {

@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "depthservo/motion/OdometryRow.h"
-#include "depthservo/robots/CameraRobot.h"
-#include "depthservo/robots/UnicycleCamera.h"
+#include "depthservo/observation/Exposure.h"
 #include "depthservo/rig/SimulatedRigOptions.h"
+#include "depthservo/robots/SimulatedRobot.h"
+#include "depthservo/robots/UnicycleCamera.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/PointTracker.h"
 
@@ -37,11 +38,6 @@ class World {
   /// All rows so far. A row holds the twist at its time, until the next.
   const std::vector<OdometryRow>& odometry() const { return odometry_; }
 
-  /// What is true of a dot.
-  struct TruePoint {
-    double u, v;  ///< where a perfect tracker finds it [px]; NaN behind the camera
-    double Z;     ///< depth of its centre [m]
-  };
   std::vector<TruePoint> truth() const { return seenAt(cMo()); }
 
   /// Pose of the target in the camera now.
@@ -58,7 +54,7 @@ class World {
   /// Measures the points of this moment (source: geometry); hidden ones are missing.
   std::vector<TrackedPoint> measure();
 
-  const CameraRobot& robot() const { return *robot_; }
+  const SimulatedRobot& robot() const { return *robot_; }
 
  private:
   std::vector<TruePoint> seenAt(const Eigen::Isometry3d& cMo) const;
@@ -74,7 +70,7 @@ class World {
   Eigen::Vector2d gaussian2() { return {gaussian_(random_), gaussian_(random_)}; }
 
   SimulatedRigOptions options_;
-  std::unique_ptr<CameraRobot> robot_;
+  std::unique_ptr<SimulatedRobot> robot_;
   UnicycleCamera* unicycle_;  // the robot, if it is one: it has wheels that count and slip
   SyntheticCamera camera_;
   Eigen::Isometry3d wMo_;

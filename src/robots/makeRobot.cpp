@@ -10,8 +10,7 @@
 
 namespace depthservo {
 
-std::unique_ptr<CameraRobot> makeRobot(const RobotOptions& robot,
-                                       const RobotPose& pose) {
+std::unique_ptr<SimulatedRobot> makeRobot(const RobotOptions& robot, const RobotPose& pose) {
   const RobotLimits& limits = robot.limits;
   switch (robot.type) {
     case RobotKind::unicycle: {

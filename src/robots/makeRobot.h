@@ -2,13 +2,12 @@
 
 #include <memory>
 
-#include "depthservo/robots/CameraRobot.h"
 #include "depthservo/robots/RobotOptions.h"
+#include "depthservo/robots/SimulatedRobot.h"
 
 namespace depthservo {
 
 /// The robot of a scenario, at rest at a pose.
-std::unique_ptr<CameraRobot> makeRobot(const RobotOptions& robot,
-                                       const RobotPose& pose);
+std::unique_ptr<SimulatedRobot> makeRobot(const RobotOptions& robot, const RobotPose& pose);
 
 }  // namespace depthservo

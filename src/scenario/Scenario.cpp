@@ -8,6 +8,7 @@
 
 #include "depthservo/depth/DepthGains.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
+#include "observation/estimatorWords.h"
 #include "robots/makeRobot.h"
 #include "text/Fields.h"
 #include "text/StrictYaml.h"

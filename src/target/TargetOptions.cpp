@@ -4,13 +4,13 @@ namespace depthservo {
 
 AprilTagTarget TargetOptions::trueTags() const {
   AprilTagTarget target{family, {}};
-  for (const Tag& tag : tags) target.tags.push_back({tag.id, tag.size, tag.pose.isometry()});
+  for (const TagOptions& tag : tags) target.tags.push_back({tag.id, tag.size, tag.pose.isometry()});
   return target;
 }
 
 AprilTagTarget TargetOptions::assumedTags() const {
   AprilTagTarget target{family, {}};
-  for (const Tag& tag : tags) {
+  for (const TagOptions& tag : tags) {
     target.tags.push_back({tag.id, tag.assumed_size, tag.pose.isometry()});
   }
   return target;

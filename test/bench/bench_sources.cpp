@@ -10,7 +10,7 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/video/tracking.hpp>
 
-#include "depthservo/rig/Replay.h"
+#include "depthservo/rig/RecordedRig.h"
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/KltTracker.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "depthservo/report/Metrics.h"
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/scenario/run.h"
 #include "support/Random.h"
 
 namespace depthservo {
@@ -15,7 +15,7 @@ const std::string kGeneral = DEPTHSERVO_DATA "/scenarios/free-general.yaml";
 const std::string kApproach = DEPTHSERVO_DATA "/scenarios/free-approach.yaml";
 
 RunLog run(const std::string& file, const std::vector<std::string>& overrides) {
-  return ServoLoop(Scenario::load(file, overrides)).run();
+  return run(Scenario::load(file, overrides));
 }
 
 std::string seeded(unsigned seed) { return "seed=" + std::to_string(seed); }

@@ -6,8 +6,7 @@
 
 #include "depthservo/experiments/FocalReplay.h"
 #include "depthservo/report/Metrics.h"
-#include "depthservo/rig/Record.h"
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/scenario/run.h"
 #include "papers/DeLuca2008.h"
 #include "support/TemporaryFolder.h"
 
@@ -74,7 +73,7 @@ std::string scenarioFile(const std::string& name) {
 }
 
 TEST(DeLuca2008Scenarios, depthConvergesAsInTheNumericalExample) {
-  const RunLog log = ServoLoop(Scenario::load(scenarioFile("depth"))).run();
+  const RunLog log = run(Scenario::load(scenarioFile("depth")));
   EXPECT_EQ(log.outcome, Outcome::timeout) << log.reason;
   // 30 Hz, matched poles: within 1e-2 from 1.07 s on.
   double last = 0;
@@ -86,7 +85,7 @@ TEST(DeLuca2008Scenarios, depthConvergesAsInTheNumericalExample) {
 }
 
 TEST(DeLuca2008Scenarios, depthUnderTheArmConverges) {
-  const RunLog log = ServoLoop(Scenario::load(scenarioFile("arm"))).run();
+  const RunLog log = run(Scenario::load(scenarioFile("arm")));
   EXPECT_EQ(log.outcome, Outcome::timeout) << log.reason;
   double last = 0;
   for (const FrameRecord& frame : log.frames) {
@@ -101,7 +100,7 @@ class FocalScenario : public testing::Test {
   FocalReplay observe(const std::string& name, const FocalGains& gains, std::optional<double> Z) {
     const std::string sequence = folder_ / "sequence";
     record(Scenario::load(scenarioFile(name)), sequence);
-    FocalObservationOptions options;
+    FocalReplayOptions options;
     options.gains = gains;
     options.Z = Z;
     return replayFocal(Sequence(sequence), options);

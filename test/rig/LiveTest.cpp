@@ -4,7 +4,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "depthservo/rig/Live.h"
+#include "depthservo/rig/LiveRig.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "support/InputErrors.h"
 #include "support/TemporaryFolder.h"
@@ -61,7 +61,7 @@ class LiveTest : public testing::Test {
 TEST_F(LiveTest, ends_in_order_when_the_camera_is_unplugged) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 60);
   TwistStream twists(folder_ / "twists");
-  const RunLog log = Live(options_, camera, &twists).run();
+  const RunLog log = live(options_, camera, &twists);
   ASSERT_EQ(log.frames.size(), 60u);
   EXPECT_NE(log.reason.find("no more images"), std::string::npos) << log.reason;
   EXPECT_NE(log.events.back().what.find("no more images"), std::string::npos);
@@ -76,7 +76,7 @@ TEST_F(LiveTest, leaves_out_an_image_whose_clock_was_set_back) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 60);
   camera.setBackAt = 20;
   TwistStream twists(folder_ / "twists");
-  const RunLog log = Live(options_, camera, &twists).run();
+  const RunLog log = live(options_, camera, &twists);
   EXPECT_EQ(log.frames.size(), 59u);
   EXPECT_TRUE(std::any_of(log.events.begin(), log.events.end(), [](const Event& event) {
     return event.what.find("not later than the one before") != std::string::npos;
@@ -89,7 +89,7 @@ TEST_F(LiveTest, is_less_sure_of_its_depths_when_the_focal_length_is_not) {
     UnpluggedCamera camera(options_.camera, options_.target.target, 60);
     TwistStream twists(folder_ / "twists");
     const DepthEstimate estimate =
-        Live(options_, camera, &twists).run().frames.back().features.at(0).estimate;
+        live(options_, camera, &twists).frames.back().features.at(0).estimate;
     return estimate.sigma_Z();
   };
   // Past a camera that only translates, Z is wrong by the share by which the focal length is.
@@ -102,11 +102,11 @@ TEST_F(LiveTest, says_that_an_estimator_needs_a_known_target) {
   TwistStream twists(folder_ / "twists");
   options_.observation.depth.estimator = EstimatorKind::pose;
   options_.target = {};
-  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, &twists); }),
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { live(options_, camera, &twists); }),
                         {"'pose'", "known target", "--target"}));
   options_.target.dots = {{0, 100, 100}, {1, 200, 100}, {2, 100, 200}, {3, 200, 200}};
   options_.targetFile = "plate.yaml";
-  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, &twists); }),
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { live(options_, camera, &twists); }),
                         {"'pose'", "four points", "plate.yaml"}));
 }
 
@@ -114,38 +114,40 @@ TEST_F(LiveTest, does_not_take_natural_corners_for_the_target) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 1);
   TwistStream twists(folder_ / "twists");
   options_.observation.tracker = TrackerKind::klt;
-  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }),
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { live(options_, camera, nullptr); }),
                         {"--motion target", "klt"}));
-  EXPECT_EQ(inputErrorOf([&] { Live(options_, camera, &twists); }), "");
+  EXPECT_EQ(inputErrorOf([&] { live(options_, camera, &twists); }), "");
   options_.observation.depth.estimator = EstimatorKind::pose;
-  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, &twists); }), {"'pose'", "klt"}));
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { live(options_, camera, &twists); }), {"'pose'", "klt"}));
 }
 
 TEST_F(LiveTest, without_a_log_only_the_last_frames_stay_in_memory) {
-  options_.keepsLog = false;
+  options_.keep = Keep::theLastFrames;
   UnpluggedCamera camera(options_.camera, options_.target.target, 1000);
-  std::size_t most = 0, seen = 0;
-  const RunLog log = Live(options_, camera, nullptr).run([&](const LiveFrame& frame) {
-    most = std::max(most, frame.log.frames.size());
-    ++seen;
-    return seen < 1000;
-  });
-  EXPECT_EQ(seen, 1000u);
-  EXPECT_LE(most, 601u);
+  struct Memory : RunWatcher {
+    std::size_t most = 0, seen = 0;
+    bool onFrame(const RunFrame& frame) override {
+      most = std::max(most, frame.log.frames.size());
+      return ++seen < 1000;
+    }
+  } memory;
+  live(options_, camera, nullptr, &memory);
+  EXPECT_EQ(memory.seen, 1000u);
+  EXPECT_LE(memory.most, 601u);
 }
 
 TEST_F(LiveTest, needs_something_to_track_and_a_motion) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 1);
   options_.target = {};
   options_.observation.tracker = TrackerKind::dots;
-  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }), {"no dots"}));
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { live(options_, camera, nullptr); }), {"no dots"}));
   options_.target.dots = {{0, 100, 100}};
-  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr); }), {"motion"}));
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { live(options_, camera, nullptr); }), {"motion"}));
 }
 
 TEST_F(LiveTest, without_an_image_says_why) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 0);
-  EXPECT_TRUE(isRefusal(inputErrorOf([&] { Live(options_, camera, nullptr).run(); }),
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { live(options_, camera, nullptr); }),
                         {"no image", "the camera gives no more images"}));
 }
 

@@ -7,9 +7,9 @@
 #include <set>
 
 #include "depthservo/report/Metrics.h"
-#include "depthservo/rig/Replay.h"
+#include "depthservo/rig/RecordedRig.h"
+#include "depthservo/scenario/run.h"
 #include "depthservo/sequence/SequenceWriter.h"
-#include "depthservo/servo/ServoLoop.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "support/TemporaryFolder.h"
 
@@ -310,7 +310,7 @@ TEST(KltReplay, what_moves_by_itself_ends_up_flagged_and_not_averaged_in) {
 
 TEST(AprilTagScenario, drives_a_unicycle_to_a_tag_of_unknown_size) {
   const std::string file = DEPTHSERVO_DATA "/scenarios/unicycle-apriltag.yaml";
-  const RunLog log = ServoLoop(Scenario::load(file)).run();
+  const RunLog log = run(Scenario::load(file));
   EXPECT_EQ(log.outcome, Outcome::converged) << log.reason;
   EXPECT_LT(computeMetrics(log).final_depth_error_max, 0.01);
   ASSERT_EQ(log.tags.size(), 1u);
@@ -330,7 +330,7 @@ TEST(AprilTagScenario, its_effective_configuration_is_a_scenario_again) {
 TEST(AprilTagScenario, a_tag_hidden_for_a_second_does_not_stop_the_robot) {
   const std::string file = DEPTHSERVO_DATA "/scenarios/unicycle-apriltag.yaml";
   const Scenario scenario = Scenario::load(file, {"sensing.hidden=[[4, 5]]"});
-  const RunLog log = ServoLoop(scenario).run();
+  const RunLog log = run(scenario);
   EXPECT_EQ(log.outcome, Outcome::converged) << log.reason;
   EXPECT_NEAR(computeMetrics(log).max_gap_s, 1, 0.1);
 }

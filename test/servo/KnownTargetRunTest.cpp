@@ -8,9 +8,8 @@
 #include <vector>
 
 #include "depthservo/report/Metrics.h"
-#include "depthservo/rig/Record.h"
-#include "depthservo/rig/Replay.h"
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/rig/RecordedRig.h"
+#include "depthservo/scenario/run.h"
 #include "support/InputErrors.h"
 #include "support/TemporaryFolder.h"
 
@@ -24,7 +23,7 @@ std::string scenario(const std::string& name) {
 }
 
 RunLog run(const std::string& name, const Settings& settings = {}) {
-  return ServoLoop(Scenario::load(scenario(name), settings)).run();
+  return run(Scenario::load(scenario(name), settings));
 }
 
 /// Root mean square of Z/Z_true - 1 over all points and frames of a span of time.
@@ -54,7 +53,7 @@ class Shipped : public testing::TestWithParam<const char*> {};
 TEST_P(Shipped, ends_as_it_says) {
   const Scenario s = Scenario::load(scenario(GetParam()));
   ASSERT_TRUE(s.expect);
-  const RunLog log = ServoLoop(s).run();
+  const RunLog log = run(s);
   EXPECT_EQ(log.outcome, s.expect->outcome) << log.reason;
   ASSERT_TRUE(log.frameRate);
 }

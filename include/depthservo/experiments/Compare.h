@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "depthservo/report/Figure.h"
-#include "depthservo/rig/Replay.h"
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/rig/RecordedRig.h"
+#include "depthservo/scenario/run.h"
 
 namespace depthservo {
 
@@ -58,9 +58,9 @@ Comparison compare(const Scenario& scenario, const CompareOptions& options,
                    RunWatcher* watcher = nullptr);
 
 /// Tracks the points of recorded data once, as `replay` does with these options, and lets every
-/// estimator observe them. \param progress may be empty \throw InputError
-Comparison compare(const Sequence& sequence, const ObservationOptions& replayOptions,
-                   const CompareOptions& options, const std::function<void(double)>& progress = {});
+/// estimator observe them. \param watcher may be null \throw InputError
+Comparison compare(const Sequence& sequence, const ObservationOptions& observation,
+                   const CompareOptions& options, RunWatcher* watcher = nullptr);
 
 /// One JSON object; no wall clock in it.
 std::string toJson(const Comparison& comparison);

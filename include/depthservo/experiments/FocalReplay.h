@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "depthservo/depth/FocalLengthObserver.h"
-#include "depthservo/rig/Replay.h"
+#include "depthservo/rig/RecordedRig.h"
 
 namespace depthservo {
 
-struct FocalObservationOptions {
-  ObservationOptions replay;             ///< tracker, motion and pixel noise
+struct FocalReplayOptions {
+  ObservationOptions replay;        ///< tracker, motion and pixel noise
   std::optional<FocalGains> gains;  ///< none: for the motion and the points of the sequence
 
   /// Depth of the points [m]; with it the lever arm of the camera is compensated.
@@ -60,8 +60,8 @@ struct FocalReplay {
 /// sequence's camera, its focal length is not used, except by a tracker.
 /// \throw InputError what `replay` refuses; the motion is that of the target (which needs the focal
 /// length); the camera never turns across its optical axis, with the reason in words
-FocalReplay replayFocal(const Sequence& sequence, const FocalObservationOptions& options,
-                        const std::function<void(double)>& progress = {});
+FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& options,
+                        RunWatcher* watcher = nullptr);
 
 /// In words: the lever arm and what to do about it, and whether the estimate contradicts itself.
 std::string remark(const FocalReplay& replay);

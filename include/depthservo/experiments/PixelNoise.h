@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "depthservo/rig/Replay.h"
+#include "depthservo/rig/RecordedRig.h"
 #include "depthservo/sequence/Sequence.h"
 #include "depthservo/sequence/VideoSource.h"
 #include "depthservo/tracking/PointTracker.h"
@@ -64,7 +64,6 @@ PixelNoise measurePixelNoise(const Sequence& sequence, TrackerKind tracker,
 
 /// Of the next images of a source, at most this many. \throw InputError as above
 PixelNoise measurePixelNoise(ImageSource& images, std::size_t most, const SequenceTarget& seen,
-                             TrackerKind tracker,
-                             const std::function<void(double)>& progress = {});
+                             TrackerKind tracker, const std::function<void(double)>& progress = {});
 
 }  // namespace depthservo

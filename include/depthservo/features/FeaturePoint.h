@@ -103,6 +103,7 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
 
  private:
   friend class FeaturePointGroup;
+  friend class PointFeatures;
 
   /// What the user has set since the last `observe`.
   bool hasNewPoint() const { return flags[0] && flags[1]; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 
@@ -32,6 +33,11 @@ struct KnownTargetOptions {
   std::optional<double> ke;  ///< gain [1/s]; none: designed for the frame rate and `kappa`
   double kappa = 0.1;        ///< how fast the target may move [m/s, rad/s]
   bool guard = true;         ///< end the correction by an image once it is complete
+  /// Of the coupled regulation (Ibuki et al. 2023): pose of the target in the camera at the goal,
+  /// its odometry step [s], and the gain of the law [1/s].
+  std::optional<Eigen::Isometry3d> coupledGoal = {};
+  double couplingStep_s = 0.005;
+  std::optional<double> kc = {};
 };
 
 /// What the joint filter learns besides depths; see JointDepthFilter.

@@ -20,8 +20,9 @@ struct CameraOptions {
   std::vector<double> rate = {30};  ///< images per second, taken in turn [Hz]
   double jitter = 0;                ///< greatest change of an interval, as a fraction of it [-]
   double dropped = 0;               ///< probability that an image gets lost [-]
-  double focal_error = 0;           ///< true / given focal length - 1; simulated error; the estimator is not informed [-]
-  double focal_sigma = 0;           ///< 1 sigma of it told to the estimator [-]
+  double focal_error =
+      0;  ///< true / given focal length - 1; simulated error; the estimator is not informed [-]
+  double focal_sigma = 0;  ///< 1 sigma of it told to the estimator [-]
 
   /// As given, to the estimator and the control law.
   PinholeCamera pinhole() const { return {width, height, fx, fy, cx, cy}; }
@@ -53,9 +54,10 @@ struct SensingOptions {
   std::optional<double>
       assumed_noise;  ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
   std::vector<HiddenPeriod> hidden;
-  double outliers = 0;         ///< fraction of measurements that are wrong [-]
-  double delay = 0;            ///< age of an image when it arrives [s]
-  double latency = 0;          ///< images are stamped so late; simulated error; the estimator is not informed [s]
+  double outliers = 0;  ///< fraction of measurements that are wrong [-]
+  double delay = 0;     ///< age of an image when it arrives [s]
+  double latency =
+      0;  ///< images are stamped so late; simulated error; the estimator is not informed [s]
   double gray_noise = 0;       ///< 1 sigma [gray levels]
   double exposure = 0;         ///< motion blur lasts this long [s]
   double vignetting = 0;       ///< fraction of light lost in the corners [-]
@@ -70,7 +72,8 @@ struct OdometryOptions {
   double scale = 1;                                 ///< measured / true linear velocity [-]
   double scale_sigma = 0;                           ///< 1 sigma of it told to the estimator [-]
   Eigen::Vector2d noise = Eigen::Vector2d::Zero();  ///< 1 sigma per row [m/s, rad/s]
-  /// Added to the angular velocity in the camera frame; simulated error; the estimator is not informed [rad/s]
+  /// Added to the angular velocity in the camera frame; simulated error; the estimator is not
+  /// informed [rad/s]
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
   double rate = 30;  ///< rows per second [Hz]
   OdometryMode mode = OdometryMode::measured;
@@ -86,6 +89,7 @@ struct OdometryOptions {
 /// World frame: z up, x and y on the floor.
 struct SimulatedRigOptions {
   unsigned seed = 1;
+  double duration = 30;  ///< [s]
   CameraOptions camera;
   TargetOptions target;
   RobotOptions robot;

@@ -11,8 +11,8 @@
 
 namespace depthservo {
 
-/// Everything a closed-loop run needs: the options of each room. A member is the YAML key of the same
-/// name, with its default; units, ranges and effects of all keys stand in doc/formats.md.
+/// Everything a closed-loop run needs: the options of each room. A member is the YAML key of the
+/// same name, with its default; units, ranges and effects of all keys stand in doc/formats.md.
 struct Scenario : SimulatedRigOptions {
   struct Expect {
     Outcome outcome = Outcome::converged;  ///< what the run must end with
@@ -20,7 +20,6 @@ struct Scenario : SimulatedRigOptions {
 
   std::string file;  ///< where it was read; not a key
   std::string name;
-  double duration = 30;  ///< [s]
   EstimatorOptions depth;
   ControlOptions control;
   std::optional<Expect> expect;  ///< makes the run a regression test
@@ -35,6 +34,5 @@ struct Scenario : SimulatedRigOptions {
   /// Every key there is, as "section.key".
   static std::vector<std::string> keys();
 };
-
 
 }  // namespace depthservo

@@ -150,6 +150,9 @@ class Sequence {
 
   const ReplayHints& replayHints() const { return hints_; }
 
+  /// The three above in one.
+  SequenceTarget seen() const { return {target_, tags_, dots_, hints_}; }
+
   bool hasImages() const { return hasImages_; }
   bool hasTracks() const { return hasTracks_; }
 

@@ -23,12 +23,6 @@ struct ExciteOptions {
   double limit = 40;    ///< by which it may displace a point in the image while it lasts [px]
 };
 
-/// Motion that is added to learn depths; see doc/estimators.md.
-struct ExciteOptions {
-  double speed = 0.05;  ///< of the camera across the line of sight [m/s]
-  double limit = 40;    ///< by which it may displace a point in the image while it lasts [px]
-};
-
 struct ControlOptions {
   double gain = 0.57;        ///< lambda [1/s]
   double gain_in_doubt = 1;  ///< factor of it while a depth is vague and the way is long [-]

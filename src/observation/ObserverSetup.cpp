@@ -1,10 +1,11 @@
-#include "observation/ObservationSetup.h"
+#include "observation/ObserverSetup.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "depthservo/depth/DepthGains.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
@@ -66,11 +67,17 @@ const char* nameOf(MotionSource motion) {
 
 ObservedSource ObservedSource::of(const Sequence& sequence) {
   ObservedSource source{sequence.folder(), sequence.folder() + "/sequence.yaml", sequence.camera(),
-                        targetOf(sequence)};
+                        sequence.seen()};
+  source.hasImages = sequence.hasImages();
+  source.odometryRows =
+      std::max({sequence.frames().size(), sequence.odometry().size(), sequence.poses().size()});
+  std::set<int> ids;
   std::vector<double> periods;
-  for (std::size_t k = 1; k < sequence.frames().size(); ++k) {
-    periods.push_back(sequence.frames()[k].time_s - sequence.frames()[k - 1].time_s);
+  for (std::size_t k = 0; k < sequence.frames().size(); ++k) {
+    for (const PixelPoint& point : sequence.frames()[k].tracks) ids.insert(point.id);
+    if (k > 0) periods.push_back(sequence.frames()[k].time_s - sequence.frames()[k - 1].time_s);
   }
+  source.ids.assign(ids.begin(), ids.end());
   if (periods.empty()) return source;
   std::sort(periods.begin(), periods.end());
   source.frameRate = 1 / periods[periods.size() / 2];
@@ -95,16 +102,38 @@ EstimatorSetup setupOf(const ObservedSource& source, const ObservationOptions& o
   return setup;
 }
 
-ImageObserver::Parts partsOf(const ObservedSource& source, const ObservationOptions& options) {
-  ImageObserver::Parts parts;
-  parts.camera = source.camera;
-  parts.pixelNoise_px = options.pixelNoise_px;
-  parts.prior = options.prior();
-  parts.estimator = setupOf(source, options);
-  parts.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
-  putTracker(parts, source.target, options.tracker, options);
-  if (options.motion == MotionSource::target) parts.followed = source.target.target;
-  return parts;
+ObservationOptions withTracker(const ObservedSource& source, ObservationOptions options) {
+  options.tracker = chooseTracker(source, options.tracker);
+  return options;
+}
+
+ObserverSetup ObserverSetup::of(const ObservedSource& source, const ObservationOptions& asked) {
+  const ObservationOptions options = withTracker(source, asked);
+  ObserverSetup setup;
+  setup.camera = source.camera;
+  setup.pixelNoise_px = options.pixelNoise_px;
+  setup.prior = options.prior();
+  setup.estimator = setupOf(source, options);
+  setup.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
+  setup.tracker = makeTracker(source.target, options.tracker, options);
+  setup.takesTrackersNoise = measuresNoise(options.tracker) && !options.isPixelNoiseGiven;
+  const bool hasDots = !source.target.dots.empty() || !source.target.target.points.empty();
+  setup.noun = options.tracker == TrackerKind::klt ? "point"
+               : source.target.tags                ? "corner"
+               : hasDots                           ? "dot"
+                                                   : "point";
+  setup.ids = source.ids;
+  if (options.tracker == TrackerKind::apriltag) setup.tags = tagsOf(source.target, options);
+  if (depthservo::findsPoints(source.target, options.tracker)) {
+    constexpr std::size_t kMostTagCorners = 4 * 64;
+    setup.capacity = std::max(kMostTagCorners, static_cast<std::size_t>(options.corners));
+  } else if (options.tracker != TrackerKind::tracks) {
+    setup.ids = idsOf(source.target, options.tracker);
+  }
+  if (options.motion == MotionSource::target) setup.followed = source.target.target;
+  setup.odometryRows = source.odometryRows;
+  setup.rowPeriod_s = source.rowPeriod_s;
+  return setup;
 }
 
 std::string configurationOf(const ObservationOptions& options) {
