@@ -22,6 +22,9 @@ namespace {
 /// anew after two, after a dozen images of which every other one is rejected.
 constexpr int kRejection = 2, kMostRejections = 8;
 
+/// Of points that a tracker finds, so many are judged by the diagnosis.
+constexpr std::size_t kMostJudged = 64;
+
 /// Sigma of a depth that is told [m]: as good as exact.
 constexpr double kToldSigma_Z = 1e-6;
 
@@ -36,8 +39,8 @@ struct Observer::Parts {
         odometry(setup.odometryRows, setup.rowPeriod_s) {
     if (setup.followed) {
       targetPose.emplace(*setup.followed, setup.camera);
-    } else if (!setup.findsPoints() && setup.estimator.depth.estimator != EstimatorKind::pose) {
-      diagnosis.emplace(setup.ids.size(), setup.declaredNoise,
+    } else if (setup.estimator.depth.estimator != EstimatorKind::pose) {
+      diagnosis.emplace(setup.findsPoints() ? kMostJudged : setup.ids.size(), setup.declaredNoise,
                         setup.pixelNoise_px / setup.camera.focal_px(), setup.prior,
                         setup.estimator.depth.range(), jointStatesOf(*estimator));
     }
@@ -237,6 +240,7 @@ void Observer::Parts::renewPoints(const std::vector<TrackedPoint>& points) {
   std::vector<int>& ids = setup.ids;
   for (const int id : setup.tracker->retired()) {
     estimator->retire(id);
+    if (diagnosis) diagnosis->retire(id);
     rejections.erase(id);
     const auto place = std::lower_bound(ids.begin(), ids.end(), id);
     if (place != ids.end() && *place == id) ids.erase(place);

@@ -27,7 +27,8 @@ const char* toString(Outcome outcome) {
 }
 
 std::string RunDiagnosis::message() const {
-  return latest.message() + (isCompensated ? "; the joint filter takes it into account" : "");
+  return latest.message() + (isCompensated ? "; the joint filter takes it into account" : "") +
+         (explanation.empty() ? "" : ". " + explanation);
 }
 
 bool JointStates::estimates(ConsistencyMonitor::Cause cause) const {

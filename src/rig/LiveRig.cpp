@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "observation/MotionSuspects.h"
 #include "observation/ObserverSetup.h"
 #include "rig/RowQueue.h"
 
@@ -161,6 +162,7 @@ RunLog live(const LiveOptions& options, ImageSource& images, TwistStream* twists
   log.command = "live";
   log.name = options.name;
   log.configuration = configurationOf(rig.options());
+  explainMotion(log, rig.options(), log.odometry, suspectTwists(log.odometry));
   log.events.push_back({rig.time(), log.reason});
   return log;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "observation/MotionSuspects.h"
 #include "observation/ObserverSetup.h"
 #include "rig/RowQueue.h"
 
@@ -131,6 +132,12 @@ RunLog replay(const Sequence& sequence, const ObservationOptions& options, RunWa
   log.command = "replay";
   log.name = sequence.name();
   log.configuration = configurationOf(rig.options());
+  if (rig.options().motion == MotionSource::twist) {
+    explainMotion(log, rig.options(), sequence.odometry(), suspectTwists(sequence.odometry()));
+  } else if (rig.options().motion == MotionSource::groundtruth) {
+    explainMotion(log, rig.options(), odometryFromPoses(sequence.poses()),
+                  suspectPoses(sequence.poses()));
+  }
   return log;
 }
 

@@ -14,12 +14,17 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 
 UnicycleCamera::UnicycleCamera(const Eigen::Vector3d& offset, double yaw)
-    : offset_(offset), yaw_(yaw) {
-  set_cMe(toVisp(wMcAt({}).inverse()));
+    : offset_(offset), yaw_(yaw) {}
+
+vpMatrix UnicycleCamera::eJe() const {
   vpMatrix J(6, 2, 0.);
   J[0][0] = 1;
   J[5][1] = 1;
-  set_eJe(J);
+  return J;
+}
+
+vpVelocityTwistMatrix UnicycleCamera::cVe() const {
+  return vpVelocityTwistMatrix(toVisp(wMcAt({}).inverse()));
 }
 
 Eigen::Isometry3d UnicycleCamera::wMcAt(const Pose& pose) const {

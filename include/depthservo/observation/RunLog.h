@@ -62,6 +62,7 @@ struct RunDiagnosis {
   double named_s = 0;                    ///< for how long in all [s]
   double varianceFactor = 1;             ///< greatest inflation of reported variances
   bool isCompensated = false;            ///< the estimator learns the very thing
+  std::string explanation;               ///< what would explain the images; empty: not known
 
   /// Innovations smaller than declared are no fault: sigma is too large, that is all.
   bool isFault() const { return std::isfinite(first_s); }
