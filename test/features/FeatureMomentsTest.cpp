@@ -238,6 +238,7 @@ TEST(FeatureMoments, bringsTheCameraHomeBesidePointsFromAWrongGuess) {
       vpFeatureBuilder::create(desired[i], p);
       atGoal.push_back({p.get_x(), p.get_y(), 1 / p.get_Z()});
       points[i].set_Z(3);
+      points[i].setServoDepth(ServoDepth::observed);  // it is the moments that are tested
     }
     const double scale = FeatureMoments::scaleFor(atGoal);
     FeatureMoments s(scale), sd(scale);
