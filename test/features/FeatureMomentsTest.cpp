@@ -8,6 +8,7 @@
 #include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/features/FeatureMoments.h"
+#include "depthservo/features/FeaturePointGroup.h"
 #include "support/FourPointScene.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
