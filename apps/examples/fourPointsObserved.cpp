@@ -10,7 +10,7 @@
 #include <cmath>
 #include <iostream>
 
-#ifdef VISP_NAMESPACE_NAME
+#ifdef ENABLE_VISP_NAMESPACE
 using namespace VISP_NAMESPACE_NAME;
 #endif
 

@@ -12,6 +12,7 @@ namespace depthservo::detail {
 struct FilterStep {
   double R11, R12, R13, R21, R22, R23, R31, R32, R33, t1, t2, t3;
   double variance_t, variance_theta, rho, pull;
+  UnknownPart unknown;
 
   FilterStep(const Motion& m, const OdometryNoise::Step& noise)
       : R11(m.R(0, 0)),
@@ -29,7 +30,8 @@ struct FilterStep {
         variance_t(noise.variance_t),
         variance_theta(noise.variance_theta),
         rho(noise.rho),
-        pull(noise.pull) {}
+        pull(noise.pull),
+        unknown(m.unknown) {}
 };
 
 /// No update can be trusted to leave less of a variance than this share: rounding.

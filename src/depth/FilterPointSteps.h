@@ -49,6 +49,8 @@ Verdict judge(FilterPoint& p, double nis, const InverseDepthFilterOptions& optio
 double weighted(double r, double nis, const InverseDepthFilterOptions& options);
 
 void resetPoint(FilterPoint& p, const PointMeasurement& measurement, const DepthPrior& usablePrior);
+/// The depth at hand, at the place of this measurement: the way there is not known.
+void rejoinPoint(FilterPoint& p, const PointMeasurement& measurement);
 void predictPoint(FilterPoint& p, const FilterStep& step, const InverseDepthFilterOptions& options);
 void correctPoint(FilterPoint& p, const PointMeasurement& measurement,
                   const InverseDepthFilterOptions& options, const DepthRange& range);

@@ -272,7 +272,7 @@ void InverseDepthFilterBatch::predict(const Motion& motion) {
   for (std::size_t first = 0; first < size_; first += kPoints) {
     Block& b = blocks_[first / kPoints];
     unsigned left = 0xff;
-    if (b.isPlain) {
+    if (b.isPlain && !step.unknown.exists()) {
       left = steps.predict(b, step);
       std::memset(b.phase, static_cast<int>(Phase::coasting), sizeof b.phase);
     }

@@ -1,6 +1,6 @@
 #include "depthservo/features/cameraTwist.h"
 
-#ifdef VISP_NAMESPACE_NAME
+#ifdef ENABLE_VISP_NAMESPACE
 using namespace VISP_NAMESPACE_NAME;
 #endif
 

@@ -13,7 +13,7 @@
 
 namespace depthservo::test {
 
-#ifdef VISP_NAMESPACE_NAME
+#ifdef ENABLE_VISP_NAMESPACE
 using namespace VISP_NAMESPACE_NAME;
 #endif
 

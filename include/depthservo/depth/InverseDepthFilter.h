@@ -35,7 +35,8 @@ namespace detail {
 
 /// One point of the filter: state, covariance, and what the last step says of it.
 struct FilterPoint {
-  enum class Phase : unsigned char { unset, measured, coasting, rejected, behind };
+  // adrift: the motion since the last measurement is not known
+  enum class Phase : unsigned char { unset, measured, coasting, adrift, rejected, behind };
 
   double x = 0, y = 0, chi = 1;                           // chi is not bounded
   double xx = 0, xy = 0, xc = 0, yy = 0, yc = 0, cc = 0;  // covariance, c is chi
@@ -74,6 +75,9 @@ struct FilterPoint {
 /// Uncertainties that cannot be estimated (odometryScaleSigma, focalSigma) are considered (Schmidt
 /// 1966): the estimate is not touched, the sensitivity of its error to each is carried along, and
 /// reported variances contain sensitivity^2 sigma^2.
+///
+/// After a motion that is not known (`Motion::unknown`) the next measurement says where the point
+/// is, and nothing of its depth, whose sigma has grown (see `widened`).
 ///
 /// Status: `lost` behind the camera (the point then starts anew with its next measurement, keeping
 /// its depth as a guess) or predicted less precisely than lost_sigma; `unexcited` when the camera
