@@ -13,7 +13,9 @@ namespace depthservo::detail {
 ///
 /// Lines that are blank or start with '#' are skipped; lines may end in CRLF. Every row has exactly
 /// the given columns. A csv table begins with a header that names them. A `spaces` table (TUM
-/// style) has none, but a comment that names the columns in another order is a fault. A `euroc`
+/// style) needs none, but a comment or a first line that names the columns (or the components x, y,
+/// z, w of position and quaternion) in another order is a fault; its lines may also be separated by
+/// commas or semicolons. A `euroc`
 /// table begins with a header after '#', units in brackets, that may have more columns, which every
 /// row has too; its times are whole nanoseconds.
 ///
@@ -44,7 +46,8 @@ class TextTable {
   void split(std::string_view text);
   void checkHeader();
   void checkEurocHeader();
-  void checkComment();
+  bool isHeader();
+  void checkComment(std::string_view comment);
   void readTime();
 
   std::string path_, bytes_;

@@ -74,6 +74,63 @@ class TwistFeed {
   std::size_t told_ = 0;
 };
 
+/// Gives the images that can be used, and tells of the others.
+class ImageFeed {
+ public:
+  ImageFeed(ImageSource& source, const LiveOptions& options) : source_(source), options_(options) {}
+
+  /// False when there are no more. Throws InputError when the first image is not of the camera's
+  /// size.
+  bool next(TimedImage& image, double last_s, std::vector<Event>& events) {
+    for (std::size_t inARow = 0; inARow < kMostSkipped || !source_.isLive(); ++inARow) {
+      const ImageStatus status = source_.next(image);
+      if (status == ImageStatus::ended) {
+        reason_ = source_.reason();
+        return false;
+      }
+      const std::string fault =
+          status == ImageStatus::skipped ? source_.reason() : sizeFault(image);
+      if (fault.empty()) {
+        hasImage_ = true;
+        return true;
+      }
+      if (status == ImageStatus::image && !hasImage_)
+        throw InputError({options_.name, 0, ""}, fault);
+      if (fault != lastFault_) events.push_back({std::isnan(last_s) ? 0 : last_s, fault});
+      otherSize_ += status == ImageStatus::image;
+      lastFault_ = fault;
+    }
+    reason_ = "none of the last images can be used: " + lastFault_;
+    return false;
+  }
+
+  std::string reason() const {
+    if (otherSize_ == 0) return reason_;
+    return fmt::format("{}; {} images of another size left out: {}", reason_, otherSize_,
+                       lastFault_);
+  }
+
+ private:
+  static constexpr std::size_t kMostSkipped = 100;
+
+  /// Empty when the image has the camera's size.
+  std::string sizeFault(const TimedImage& image) const {
+    const PinholeCamera& camera = options_.camera;
+    if (static_cast<int>(image.image.getWidth()) == camera.width &&
+        static_cast<int>(image.image.getHeight()) == camera.height) {
+      return "";
+    }
+    return fmt::format("the camera has {}x{} pixels, the image has {}x{}", camera.width,
+                       camera.height, image.image.getWidth(), image.image.getHeight());
+  }
+
+  ImageSource& source_;
+  const LiveOptions& options_;
+  bool hasImage_ = false;
+  std::size_t otherSize_ = 0;
+  std::string lastFault_, reason_;
+};
+
 }  // namespace
 
 Live::Live(const LiveOptions& options, ImageSource& images, TwistStream* twists)
@@ -108,14 +165,8 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
         stem,
         std::vector<unsigned char>(image.image.bitmap, image.image.bitmap + image.image.getSize()));
   };
-  while (images_.next(image)) {
-    if (static_cast<int>(image.image.getWidth()) != options_.camera.width ||
-        static_cast<int>(image.image.getHeight()) != options_.camera.height) {
-      throw InputError(
-          {options_.name, 0, ""},
-          fmt::format("the camera has {}x{} pixels, the image has {}x{}", options_.camera.width,
-                      options_.camera.height, image.image.getWidth(), image.image.getHeight()));
-    }
+  ImageFeed usable(images_, options_);
+  while (usable.next(image, last_s, log.events)) {
     if (std::isnan(first_s)) {
       first_s = image.time_s;
       if (options_.keepsLog) keep("first");
@@ -149,11 +200,11 @@ RunLog Live::run(const std::function<bool(const LiveFrame&)>& watch) {
   }
   if (log.frames.empty()) {
     throw InputError({options_.name, 0, ""},
-                     images_.whyEnded().empty() ? "no image" : "no image: " + images_.whyEnded());
+                     usable.reason().empty() ? "no image" : "no image: " + usable.reason());
   }
   if (options_.keepsLog) keep("last");
   observer.finish(log);
-  if (log.reason.empty()) log.reason = images_.whyEnded();
+  if (log.reason.empty()) log.reason = usable.reason();
   if (twists_) {
     const TwistStream::Counts& c = twists_->counts();
     log.reason += fmt::format("; twists: {} rows, refused {} malformed, {} torn, {} not later",

@@ -132,7 +132,7 @@ class Replayer {
 
   /// Far from any pose nobody knows where the camera was, as the data sets' own tools have it.
   bool isMotionKnown(double time_s) {
-    for (const PoseGap& gap : gaps_) {
+    for (const TimeSpan& gap : gaps_) {
       if (std::min(time_s - gap.from_s, gap.to_s - time_s) < kFarFromPose_s) continue;
       if (noted_ != &gap) {
         noted_ = &gap;
@@ -149,8 +149,8 @@ class Replayer {
   const Sequence& sequence_;
   ReplayOptions options_;  // tracker and motion chosen
   ImageObserver observer_;
-  std::vector<PoseGap> gaps_;
-  const PoseGap* noted_ = nullptr;
+  std::vector<TimeSpan> gaps_;
+  const TimeSpan* noted_ = nullptr;
   std::vector<double> imageTimes_;  // of reading [s]
   RunLog log_;
 };

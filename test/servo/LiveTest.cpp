@@ -24,18 +24,18 @@ class UnpluggedCamera : public ImageSource {
   UnpluggedCamera(const PinholeCamera& camera, const DotTarget& plate, std::size_t images)
       : camera_(camera, plate), images_(images) {}
 
-  bool next(TimedImage& image) override {
-    if (taken_ == images_) return false;
+  ImageStatus next(TimedImage& image) override {
+    if (taken_ == images_) return ImageStatus::ended;
     image.time_s = static_cast<double>(taken_) / kRate - (taken_ == setBackAt ? 0.5 : 0);
     SyntheticView view;
     view.cMo.translation() =
         Eigen::Vector3d(0.1 - kSpeed * static_cast<double>(taken_) / kRate, 0, 1.2);
     camera_.render(view, image.image);
     ++taken_;
-    return true;
+    return ImageStatus::image;
   }
   bool isLive() const override { return true; }
-  std::string whyEnded() const override {
+  std::string reason() const override {
     return taken_ == images_ ? "the camera gives no more images" : "";
   }
   std::size_t setBackAt = ~std::size_t{0};
