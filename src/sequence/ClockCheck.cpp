@@ -60,6 +60,12 @@ std::optional<std::string> unitOf(const std::string& what, const std::vector<dou
   return std::nullopt;
 }
 
+/// Whether two spans are much the same.
+bool agree(const TimeSpan& a, const TimeSpan& b) {
+  const double common = std::min(a.to_s, b.to_s) - std::max(a.from_s, b.from_s);
+  return common > 0.5 * std::max(a.to_s - a.from_s, b.to_s - b.from_s);
+}
+
 bool overlap(const TimeSpan& a, const TimeSpan& b) {
   return a.from_s <= b.to_s && b.from_s <= a.to_s;
 }
@@ -71,10 +77,10 @@ void tellNoOverlap(ClockCheck& check, const std::string& name) {
   for (const Unit& unit : kUnits) {
     const double f = unit.perSecond;
     const TimeSpan &i = check.images, &o = check.odometry;
-    if (overlap(i, {o.from_s / f, o.to_s / f})) {
+    if (agree(i, {o.from_s / f, o.to_s / f})) {
       finding += fmt::format(" (they would if the times of the {} were {})", name, unit.name);
     }
-    if (overlap({i.from_s / f, i.to_s / f}, o)) {
+    if (agree({i.from_s / f, i.to_s / f}, o)) {
       finding += fmt::format(" (they would if the images' times were {})", unit.name);
     }
   }

@@ -374,10 +374,11 @@ void Sequence::checkImages() {
   for (const SequenceFrame& frame : frames_) images.push_back(frame.image);
   imageBits_ = detail::usedBits(images);
   if (imageBits_ > 0 && imageBits_ < 16) {
-    warnings_.push_back(fmt::format(
-        "{}: its levels use {} of 16 bits: {} is taken for white; say image_bits: 16 in "
-        "sequence.yaml if 65535 is",
-        frames_[0].image, imageBits_, (1 << imageBits_) - 1));
+    warnings_.push_back(
+        fmt::format("{}: has 16 bits, of which {} are used (nothing but black, taken as they are): "
+                    "{} is white; "
+                    "with image_bits: 16 in sequence.yaml it is 65535",
+                    frames_[0].image, imageBits_, (1 << imageBits_) - 1));
   }
 }
 

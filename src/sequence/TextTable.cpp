@@ -134,12 +134,12 @@ void TextTable::checkEurocHeader() {
   line_ = 1;
 }
 
-bool TextTable::isHeader() {
-  split();
-  return fields_.size() == width_ && fields_[0].front() != '\0' &&
-         std::none_of(fields_.begin(), fields_.end(),
-                      [](std::string_view field) { return toNumber(field).has_value(); }) &&
-         std::isalpha(static_cast<unsigned char>(fields_[0].front()));
+/// A first line that begins with a word for the time.
+bool TextTable::isHeader() const {
+  std::string word(content_.substr(0, content_.find_first_of(" \t,;[(")));
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return word == "t" || word == "time" || word == "stamp" || word == "timestamp";
 }
 
 void TextTable::checkComment(std::string_view comment) {

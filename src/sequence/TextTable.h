@@ -46,7 +46,7 @@ class TextTable {
   void split(std::string_view text);
   void checkHeader();
   void checkEurocHeader();
-  bool isHeader();
+  bool isHeader() const;
   void checkComment(std::string_view comment);
   void readTime();
 

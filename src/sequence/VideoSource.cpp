@@ -65,11 +65,11 @@ class Video : public ImageSource {
     if (!isLive() && !isGiven_ && fps_ == 0) {
       refuse(source, "says nothing of its frame rate; give --fps or --times");
     }
-    if (reader_->turned_deg() != 0) {
-      refuse(source, fmt::format("its images are to be shown turned by {} degrees, and nothing "
-                                 "says whether the camera was calibrated with turned ones; turn "
-                                 "the pixels (ffmpeg -i FILE -c:v ffv1 turned.mkv)",
-                                 reader_->turned_deg()));
+    if (reader_->isTurned()) {
+      refuse(
+          source,
+          "its images are to be shown turned, and nothing says whether the camera was calibrated "
+          "with turned images; turn the pixels (ffmpeg -i FILE -c:v ffv1 turned.mkv)");
     }
   }
 

@@ -30,7 +30,7 @@ class VideoReader {
 
   virtual double fps() const = 0;         ///< as it says [Hz]; 0: it does not
   virtual double duration_s() const = 0;  ///< of a file, as it says; 0: it does not
-  virtual int turned_deg() const = 0;     ///< by how much a file asks to be turned; 0: upright
+  virtual bool isTurned() const = 0;      ///< whether a file asks for its images to be turned
 };
 
 /// The one function of the module; null when nothing can be opened.

@@ -49,7 +49,7 @@ class OpenCvReader : public VideoReader {
     }
     if (request.kind != VideoRequest::Kind::file) return;
     if (fps_ > 0) duration_s_ = property(video_, cv::CAP_PROP_FRAME_COUNT) / fps_;
-    turned_deg_ = static_cast<int>(video_.get(cv::CAP_PROP_ORIENTATION_META)) % 360;
+    isTurned_ = std::fmod(video_.get(cv::CAP_PROP_ORIENTATION_META), 360) != 0;
     findRate(request);
   }
 
@@ -76,7 +76,7 @@ class OpenCvReader : public VideoReader {
 
   double fps() const override { return fps_; }
   double duration_s() const override { return duration_s_; }
-  int turned_deg() const override { return turned_deg_; }
+  bool isTurned() const override { return isTurned_; }
 
  private:
   /// The time of the image just read or grabbed.
@@ -115,8 +115,7 @@ class OpenCvReader : public VideoReader {
   cv::VideoCapture video_;
   cv::Mat frame_, gray_;
   double fps_ = 0, duration_s_ = 0, first_s_ = 0;
-  int turned_deg_ = 0;
-  bool hasTimes_ = false;
+  bool isTurned_ = false, hasTimes_ = false;
   std::size_t taken_ = 0;
 };
 
