@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "servo/ImageObserver.h"
 #include "servo/ObservationSetup.h"
@@ -79,19 +80,20 @@ class ImageFeed {
  public:
   ImageFeed(ImageSource& source, const LiveOptions& options) : source_(source), options_(options) {}
 
-  /// False when there are no more. Throws InputError when the first image is not of the camera's
-  /// size.
+  /// False when there are no more; `image` then still is the last one. Throws InputError when the
+  /// first image is not of the camera's size.
   bool next(TimedImage& image, double last_s, std::vector<Event>& events) {
     for (std::size_t inARow = 0; inARow < kMostSkipped || !source_.isLive(); ++inARow) {
-      const ImageStatus status = source_.next(image);
+      const ImageStatus status = source_.next(candidate_);
       if (status == ImageStatus::ended) {
         reason_ = source_.reason();
         return false;
       }
       const std::string fault =
-          status == ImageStatus::skipped ? source_.reason() : sizeFault(image);
+          status == ImageStatus::skipped ? source_.reason() : sizeFault(candidate_);
       if (fault.empty()) {
         hasImage_ = true;
+        std::swap(image, candidate_);
         return true;
       }
       if (status == ImageStatus::image && !hasImage_)
@@ -126,6 +128,7 @@ class ImageFeed {
 
   ImageSource& source_;
   const LiveOptions& options_;
+  TimedImage candidate_;
   bool hasImage_ = false;
   std::size_t otherSize_ = 0;
   std::string lastFault_, reason_;
