@@ -3,7 +3,11 @@
 
 include(CMakePackageConfigHelpers)
 
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/depthservo TYPE INCLUDE)
+foreach(room visp motion camera depth pose features robots target text tracking simulation sequence
+             observation rig servo)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/depthservo/${room}
+          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/depthservo)
+endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scenarios DESTINATION ${CMAKE_INSTALL_DATADIR}/depthservo)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CHANGELOG.md TYPE DOC)
 
@@ -12,9 +16,9 @@ if(DEPTHSERVO_APPS)
   set_target_properties(depthservo_tool PROPERTIES INSTALL_RPATH "$ORIGIN/${bin_to_lib}")
 endif()
 
-# find_package(depthservo [COMPONENTS core visp vision servo])
+# find_package(depthservo [COMPONENTS core features robots visp vision servo])
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/depthservo)
-foreach(layer core visp vision servo)
+foreach(layer core features robots visp vision servo)
   set_target_properties(depthservo_${layer} PROPERTIES INSTALL_RPATH "$ORIGIN")
   install(EXPORT depthservo-${layer} NAMESPACE depthservo:: FILE depthservo-${layer}-targets.cmake
           DESTINATION ${package_dir})
@@ -48,8 +52,12 @@ endfunction()
 
 depthservo_pkgconfig(depthservo-core "Depth observers (Eigen only)"
                      LIBS -ldepthservo_core REQUIRES eigen3)
-depthservo_pkgconfig(depthservo-visp "ViSP features with observed depth, and robots"
-                     LIBS -ldepthservo_visp REQUIRES depthservo-core visp)
+depthservo_pkgconfig(depthservo-features "ViSP features with observed depth"
+                     LIBS -ldepthservo_features REQUIRES depthservo-core visp)
+depthservo_pkgconfig(depthservo-robots "Robots that carry a camera"
+                     LIBS -ldepthservo_robots REQUIRES depthservo-core visp)
+depthservo_pkgconfig(depthservo-visp "depthservo-features and depthservo-robots"
+                     REQUIRES depthservo-features depthservo-robots)
 depthservo_pkgconfig(depthservo-vision "Trackers, synthetic camera and recorded sequences"
                      LIBS -ldepthservo_vision REQUIRES depthservo-core visp
                      STATIC yaml-cpp fmt apriltag libpng libjpeg)

@@ -1,7 +1,7 @@
 # A report is one file that loads nothing: its templates and the charting library dygraphs are
 # compiled into depthservo::servo.
 #
-# depthservo_embed_report(<target>): adds embeddedReport(), declared in src/servo/EmbeddedReport.h.
+# depthservo_embed_report(<target>): adds embeddedReport(), declared in src/report/EmbeddedReport.h.
 
 find_path(DYGRAPHS_DIR dygraph.min.js PATHS /usr/share/javascript/dygraphs /usr/share/javascript
           PATH_SUFFIXES dygraphs DOC "Folder with dygraph.min.js, dygraph.min.css and extras/")
@@ -11,7 +11,7 @@ if(NOT DYGRAPHS_DIR)
 endif()
 
 function(depthservo_embed_report target)
-  set(template ${PROJECT_SOURCE_DIR}/src/servo/report)
+  set(template ${PROJECT_SOURCE_DIR}/src/report/page)
   set(parts page=${template}/report.html
             style=${DYGRAPHS_DIR}/dygraph.min.css,${template}/report.css
             script=${DYGRAPHS_DIR}/dygraph.min.js,${DYGRAPHS_DIR}/extras/synchronizer.js,${template}/report.js

@@ -1,7 +1,9 @@
-# depthservo_library(<layer> SOURCES ... [PUBLIC ...] [PRIVATE ...])
-#   One library per group of layers, exported as depthservo::<layer>.
 # depthservo_own(<target>)
 #   Our own warnings and language level; never reaches a user's build.
+# depthservo_inner_library(<name> SOURCES ... [PUBLIC ...] [PRIVATE ...])
+#   A static library of the tool and the tests; not installed.
+# depthservo_library(<name> SOURCES ... [PUBLIC ...] [PRIVATE ...])
+#   A library that is installed and exported as depthservo::<name>.
 
 function(depthservo_own target)
   target_compile_features(${target} PRIVATE cxx_std_17)
@@ -14,20 +16,41 @@ function(depthservo_own target)
   endif()
 endfunction()
 
-function(depthservo_library layer)
+# Headers that cost most of the compile time: parsed once per library.
+set(depthservo_heavy_headers <Eigen/Dense> <algorithm> <array> <cmath> <functional> <limits> <memory>
+                             <optional> <string> <vector>)
+
+function(depthservo_sources target)
   cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
-  set(target depthservo_${layer})
-  add_library(${target} ${arg_SOURCES})
-  add_library(depthservo::${layer} ALIAS ${target})
   depthservo_own(${target})
   target_compile_features(${target} PUBLIC cxx_std_17)
+  target_precompile_headers(${target} PRIVATE ${depthservo_heavy_headers})
+  if(NOT target STREQUAL depthservo_core)  # the estimators alone are worth more time
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O2>)
+  endif()
   target_include_directories(${target}
     PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
            $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
     PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  target_include_directories(${target} SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
   target_link_libraries(${target} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${layer} VERSION ${PROJECT_VERSION}
+endfunction()
+
+function(depthservo_inner_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(depthservo_${name} STATIC ${arg_SOURCES})
+  add_library(depthservo::${name} ALIAS depthservo_${name})
+  depthservo_sources(depthservo_${name} ${ARGN})
+endfunction()
+
+function(depthservo_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target depthservo_${name})
+  add_library(${target} ${arg_SOURCES})
+  add_library(depthservo::${name} ALIAS ${target})
+  depthservo_sources(${target} ${ARGN})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION}
                         SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
-  install(TARGETS ${target} EXPORT depthservo-${layer}
+  install(TARGETS ${target} EXPORT depthservo-${name}
           LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endfunction()

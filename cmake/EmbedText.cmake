@@ -16,7 +16,7 @@ foreach(part IN LISTS PARTS)
   endforeach()
   string(APPEND members "      ,\n")
 endforeach()
-file(WRITE "${OUTPUT}" "#include \"servo/EmbeddedReport.h\"
+file(WRITE "${OUTPUT}" "#include \"report/EmbeddedReport.h\"
 
 namespace depthservo {
 

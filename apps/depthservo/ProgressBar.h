@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/rig/observe.h"
 
 namespace depthservo {
 
@@ -21,15 +21,18 @@ class ProgressBar {
   int shown_percent_ = -1;
 };
 
-/// How far a run of a scenario is.
+/// How far a run is, by the time of its images.
 class RunProgress : public RunWatcher {
  public:
-  RunProgress(std::string label, const Scenario& scenario)
-      : duration_s_(scenario.duration), bar_(std::move(label)) {}
-  void onFrame(const RunFrame& frame) override { bar_.show(frame.record.time_s / duration_s_); }
+  RunProgress(std::string label, double from_s, double to_s)
+      : from_s_(from_s), to_s_(to_s), bar_(std::move(label)) {}
+  bool onFrame(const RunFrame& frame) override {
+    bar_.show((frame.record.time_s - from_s_) / (to_s_ - from_s_));
+    return true;
+  }
 
  private:
-  double duration_s_;
+  double from_s_, to_s_;
   ProgressBar bar_;
 };
 

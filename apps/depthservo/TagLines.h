@@ -1,6 +1,6 @@
 #pragma once
 
-#include "depthservo/servo/RunLog.h"
+#include "depthservo/observation/RunLog.h"
 
 namespace depthservo {
 

@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <map>
 
-#include "depthservo/sequence/InputError.h"
+#include "depthservo/text/InputError.h"
 
 // After the others: its macros are named None, Status, Bool, ...
 #include <X11/Xlib.h>

@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "depthservo/servo/RunLog.h"
-#include "depthservo/visp.h"
+#include "depthservo/observation/RunLog.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 

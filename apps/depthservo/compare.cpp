@@ -1,4 +1,4 @@
-#include "depthservo/servo/Compare.h"
+#include "depthservo/experiments/Compare.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "ProgressBar.h"
 #include "commands.h"
-#include "depthservo/servo/RunFolder.h"
+#include "depthservo/report/RunFolder.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -30,7 +30,7 @@ Comparison compareScenario(const CompareArguments& arguments) {
                  "is for sequences; in a scenario use --set, e.g. depth.initial=2");
   }
   const Scenario scenario = Scenario::load(arguments.data, arguments.overrides);
-  RunProgress progress(scenario.name, scenario);
+  RunProgress progress(scenario.name, 0, scenario.duration);
   return compare(scenario, arguments.options, &progress);
 }
 
@@ -40,9 +40,10 @@ Comparison compareSequence(const CompareArguments& arguments) {
   }
   const Sequence sequence(arguments.data, arguments.sequence.source);
   for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
-  const ReplayOptions options = optionsOf(arguments.sequence, sequence);
-  ProgressBar bar("compare " + sequence.name());
-  return compare(sequence, options, arguments.options, [&](double done) { bar.show(done); });
+  const ObservationOptions options = optionsOf(arguments.sequence, sequence);
+  RunProgress progress("compare " + sequence.name(), sequence.frames().front().time_s,
+                       sequence.frames().back().time_s);
+  return compare(sequence, options, arguments.options, &progress);
 }
 
 /// One line: a name, a figure at each time, and what follows.
@@ -100,7 +101,7 @@ void tellCost(const Comparison& comparison) {
 
 int compareAll(CompareArguments arguments) {
   for (const std::string& name : arguments.estimators) {
-    arguments.options.estimators.push_back(availableEstimator(name, {"--estimators", 0, ""}));
+    arguments.options.estimators.push_back(estimatorNamed(name, {"--estimators", 0, ""}));
   }
   if (!std::filesystem::exists(arguments.data)) {
     throw InputError({arguments.data, 0, ""}, "there is no such scenario or sequence");

@@ -7,8 +7,8 @@
 
 #include "commands.h"
 #include "depthservo/depth/DepthGains.h"
-#include "depthservo/depth/FrameRateConditions.h"
-#include "depthservo/sequence/InputError.h"
+#include "depthservo/pose/FrameRateConditions.h"
+#include "depthservo/text/InputError.h"
 
 namespace depthservo {
 namespace {

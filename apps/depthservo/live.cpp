@@ -1,5 +1,3 @@
-#include "depthservo/servo/Live.h"
-
 #include <fmt/format.h>
 
 #include <csignal>
@@ -9,8 +7,9 @@
 
 #include "View.h"
 #include "commands.h"
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/RunFolder.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/report/RunFolder.h"
+#include "depthservo/rig/LiveRig.h"
 #include "findings.h"
 #include "observation.h"
 
@@ -73,6 +72,34 @@ void finish(const LiveArguments& arguments, const RunLog& log) {
   std::fflush(nullptr);
 }
 
+/// Shows what is observed, until the user has seen enough.
+class LiveWatcher : public RunWatcher {
+ public:
+  /// \param view may be null \param shown the log while the window draws
+  LiveWatcher(View* view, const RunLog*& shown) : view_(view), shown_(shown) {}
+
+  bool onFrame(const RunFrame& frame) override {
+    if (view_) {
+      std::string status;
+      if (const auto* twists = static_cast<const LiveRig&>(frame.rig).twists()) {
+        status = fmt::format("twists: {} rows, {} refused", twists->rows, twists->refused());
+      }
+      if (!frame.log.events.empty()) {
+        status += (status.empty() ? "" : "   ") + frame.log.events.back().what;
+      }
+      shown_ = &frame.log;
+      view_->show(frame.exposure.image, frame.record, frame.log, status);
+      if (view_->isClosed()) return false;
+      shown_ = nullptr;
+    }
+    return interrupted == 0;
+  }
+
+ private:
+  View* view_;
+  const RunLog*& shown_;
+};
+
 int watchLive(const LiveArguments& arguments) {
   silenceImageLibraries();
   LiveOptions options;
@@ -80,7 +107,7 @@ int watchLive(const LiveArguments& arguments) {
   if (!arguments.target.empty()) {
     options.target = readTarget(arguments.target);
     options.targetFile = arguments.target;
-    options.observation = ReplayOptions::of(options.target.hints, arguments.target);
+    options.observation = ObservationOptions::of(options.target.hints, arguments.target);
   }
   apply(arguments.observation, options.target.tags.has_value(), options.observation);
   options.observation.tracker = trackerNamed(arguments.tracker);
@@ -108,10 +135,9 @@ int watchLive(const LiveArguments& arguments) {
   options.name = arguments.source;
   options.rate = images.fps();
   options.duration_s = arguments.duration_s;
-  options.keepsLog = !arguments.out.empty() || arguments.json;
+  options.keep = arguments.out.empty() && !arguments.json ? Keep::theLastFrames : Keep::everything;
   options.patience_s =
       arguments.patience_s.value_or(images.isLive() ? kCameraPatience_s : kFilePatience_s);
-  Live live(options, images, twists.get());
   const RunLog* shown = nullptr;  // while the window draws
   const std::unique_ptr<View> view = viewOf(arguments, options, images, [&] {
     if (!shown) return;
@@ -123,23 +149,8 @@ int watchLive(const LiveArguments& arguments) {
 
   stopOn(SIGINT);
   stopOn(SIGTERM);
-  const RunLog log = live.run([&](const LiveFrame& frame) {
-    if (view) {
-      std::string status;
-      if (frame.twists) {
-        status =
-            fmt::format("twists: {} rows, {} refused", frame.twists->rows, frame.twists->refused());
-      }
-      if (!frame.log.events.empty()) {
-        status += (status.empty() ? "" : "   ") + frame.log.events.back().what;
-      }
-      shown = &frame.log;
-      view->show(frame.image, frame.record, frame.log, status);
-      if (view->isClosed()) return false;
-      shown = nullptr;
-    }
-    return interrupted == 0;
-  });
+  LiveWatcher watcher(view.get(), shown);
+  const RunLog log = live(options, images, twists.get(), &watcher);
   finish(arguments, log);
   return kMet;
 }

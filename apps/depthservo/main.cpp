@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "commands.h"
-#include "depthservo/sequence/InputError.h"
+#include "depthservo/text/InputError.h"
 
 namespace depthservo {
 namespace {

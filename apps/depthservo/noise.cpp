@@ -5,7 +5,7 @@
 
 #include "ProgressBar.h"
 #include "commands.h"
-#include "depthservo/servo/PixelNoise.h"
+#include "depthservo/experiments/PixelNoise.h"
 #include "observation.h"
 
 namespace depthservo {

@@ -10,13 +10,13 @@
 #include <opencv2/core/utils/logger.hpp>
 
 #include "TagLines.h"
-#include "depthservo/servo/Metrics.h"
+#include "depthservo/report/Metrics.h"
 
 namespace depthservo {
 namespace {
 
 /// Z or Z:sigma in metres.
-void readPrior(const std::string& text, ReplayOptions& options) {
+void readPrior(const std::string& text, ObservationOptions& options) {
   const auto number = [&](const std::string& part) {
     double value = 0;
     if (!CLI::detail::lexical_cast(part, value) || !(value > 0) || !std::isfinite(value)) {
@@ -33,8 +33,8 @@ void readPrior(const std::string& text, ReplayOptions& options) {
 }
 
 /// What the joint filter shall learn besides depths.
-Scenario::Joint jointNamed(const std::vector<std::string>& names) {
-  Scenario::Joint joint{false, false, false};
+JointStateOptions jointNamed(const std::vector<std::string>& names) {
+  JointStateOptions joint{false, false, false};
   for (const std::string& name : names) {
     if (name == "time-offset") {
       joint.time_offset = true;
@@ -52,11 +52,11 @@ Scenario::Joint jointNamed(const std::vector<std::string>& names) {
   return joint;
 }
 
-ReplayMotion motionNamed(const std::string& name) {
-  if (name == "auto") return ReplayMotion::automatic;
-  if (name == "twist") return ReplayMotion::twist;
-  if (name == "groundtruth") return ReplayMotion::groundtruth;
-  if (name == "target") return ReplayMotion::target;
+MotionSource motionNamed(const std::string& name) {
+  if (name == "auto") return MotionSource::automatic;
+  if (name == "twist") return MotionSource::twist;
+  if (name == "groundtruth") return MotionSource::groundtruth;
+  if (name == "target") return MotionSource::target;
   refuseOption("--motion",
                fmt::format("'{}' is not known; expected twist, groundtruth or target", name));
 }
@@ -150,9 +150,9 @@ void addObservationOptions(CLI::App& command, ObservationArguments& a) {
       ->delimiter(',');
 }
 
-void apply(const ObservationArguments& arguments, bool hasTags, ReplayOptions& options) {
+void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptions& options) {
   if (!arguments.estimator.empty()) {
-    options.depth.estimator = availableEstimator(arguments.estimator, {"--estimator", 0, ""});
+    options.depth.estimator = estimatorNamed(arguments.estimator, {"--estimator", 0, ""});
   }
   if (!arguments.joint.empty()) {
     if (arguments.estimator.empty()) options.depth.estimator = EstimatorKind::joint;
@@ -214,20 +214,20 @@ void addSequenceOptions(CLI::App& command, SequenceArguments& a) {
   addObservationOptions(command, a.observation);
 }
 
-ReplayOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence) {
-  ReplayOptions options = ReplayOptions::of(sequence);
+ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence) {
+  ObservationOptions options = ObservationOptions::of(sequence);
   options.tracker = trackerNamed(arguments.tracker);
   options.motion = motionNamed(arguments.motion);
   apply(arguments.observation, sequence.tags().has_value(), options);
   return options;
 }
 
-ReplayTracker trackerNamed(const std::string& name) {
-  if (name == "auto") return ReplayTracker::automatic;
-  if (name == "dots") return ReplayTracker::dots;
-  if (name == "tracks") return ReplayTracker::tracks;
-  if (name == "apriltag") return ReplayTracker::apriltag;
-  if (name == "klt") return ReplayTracker::klt;
+TrackerKind trackerNamed(const std::string& name) {
+  if (name == "auto") return TrackerKind::automatic;
+  if (name == "dots") return TrackerKind::dots;
+  if (name == "tracks") return TrackerKind::tracks;
+  if (name == "apriltag") return TrackerKind::apriltag;
+  if (name == "klt") return TrackerKind::klt;
   refuseOption("--tracker",
                fmt::format("'{}' is not known; expected dots, apriltag, klt or tracks", name));
 }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/servo/Replay.h"
+#include "depthservo/rig/RecordedRig.h"
 
 namespace depthservo {
 
@@ -25,9 +25,9 @@ void addObservationOptions(CLI::App& command, ObservationArguments& arguments);
 
 /// Puts what was given into the options. \param hasTags the target names its AprilTags
 /// \throw InputError
-void apply(const ObservationArguments& arguments, bool hasTags, ReplayOptions& options);
+void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptions& options);
 
-ReplayTracker trackerNamed(const std::string& name);  ///< \throw InputError
+TrackerKind trackerNamed(const std::string& name);  ///< \throw InputError
 
 /// Recorded data and what is made of them: for replay and compare.
 struct SequenceArguments {
@@ -40,7 +40,7 @@ struct SequenceArguments {
 void addSequenceOptions(CLI::App& command, SequenceArguments& arguments);
 
 /// As the sequence asks for, unless the arguments say otherwise. \throw InputError
-ReplayOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence);
+ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence);
 
 /// OpenCV and FFmpeg tell what they think of a camera or a file on stderr; what matters of it is
 /// told by the tool.

@@ -1,11 +1,10 @@
-#include "depthservo/servo/Record.h"
-
 #include <fmt/core.h>
 
 #include <memory>
 
 #include "ProgressBar.h"
 #include "commands.h"
+#include "depthservo/scenario/run.h"
 
 namespace depthservo {
 namespace {
@@ -15,7 +14,7 @@ void recordScenario(const std::string& file, const std::vector<std::string>& ove
   const Scenario scenario = Scenario::load(file, overrides);
   RunLog log;
   {
-    RunProgress progress("record " + scenario.name, scenario);
+    RunProgress progress("record " + scenario.name, 0, scenario.duration);
     log = record(scenario, folder, &progress);
   }
   fmt::print(stderr, "{}: {} frames of a run that ended {}\n", folder, log.frames.size(),

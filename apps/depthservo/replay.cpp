@@ -1,15 +1,14 @@
-#include "depthservo/servo/Replay.h"
-
 #include <fmt/core.h>
 
 #include <memory>
 
 #include "ProgressBar.h"
 #include "commands.h"
-#include "depthservo/servo/Baseline.h"
-#include "depthservo/servo/FocalReplay.h"
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/RunFolder.h"
+#include "depthservo/experiments/Baseline.h"
+#include "depthservo/experiments/FocalReplay.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/report/RunFolder.h"
+#include "depthservo/rig/RecordedRig.h"
 #include "findings.h"
 #include "observation.h"
 
@@ -60,7 +59,7 @@ void printFocal(const FocalReplay& replay) {
 }
 
 int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence,
-                      const ReplayOptions& options) {
+                      const ObservationOptions& options) {
   if (!arguments.baseline.empty()) refuseOption("--baseline", "is for --observe depth");
   FocalReplayOptions focal;
   focal.replay = options;
@@ -70,8 +69,9 @@ int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence
   }
   FocalReplay result;
   {
-    ProgressBar bar("replay " + sequence.name());
-    result = replayFocal(sequence, focal, [&](double done) { bar.show(done); });
+    RunProgress progress("replay " + sequence.name(), sequence.frames().front().time_s,
+                         sequence.frames().back().time_s);
+    result = replayFocal(sequence, focal, &progress);
   }
   if (!arguments.out.empty()) writeFocalFolder(result, arguments.out);
   printFocal(result);
@@ -88,7 +88,7 @@ int replaySequence(const ReplayArguments& arguments) {
                  fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
   }
   const Sequence sequence(arguments.sequence, arguments.data.source);
-  const ReplayOptions options = optionsOf(arguments.data, sequence);
+  const ObservationOptions options = optionsOf(arguments.data, sequence);
   if (!arguments.baseline.empty() && !arguments.update) Baseline::load(arguments.baseline);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
 
@@ -96,8 +96,9 @@ int replaySequence(const ReplayArguments& arguments) {
   if (!arguments.focalGains.empty()) refuseOption("--focal-gains", "is for --observe focal");
   RunLog log;
   {
-    ProgressBar bar("replay " + sequence.name());
-    log = replay(sequence, options, [&](double done) { bar.show(done); });
+    RunProgress progress("replay " + sequence.name(), sequence.frames().front().time_s,
+                         sequence.frames().back().time_s);
+    log = replay(sequence, options, &progress);
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);

@@ -1,4 +1,4 @@
-#include "depthservo/servo/Report.h"
+#include "depthservo/report/Report.h"
 
 #include <fmt/core.h>
 

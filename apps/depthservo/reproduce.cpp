@@ -1,4 +1,4 @@
-#include "depthservo/servo/Reproduce.h"
+#include "depthservo/papers/Reproduce.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 
 #include "ProgressBar.h"
 #include "commands.h"
-#include "depthservo/sequence/InputError.h"
-#include "depthservo/servo/RunFolder.h"
+#include "depthservo/report/RunFolder.h"
+#include "depthservo/text/InputError.h"
 
 namespace depthservo {
 namespace {

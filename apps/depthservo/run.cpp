@@ -1,3 +1,5 @@
+#include "depthservo/scenario/run.h"
+
 #include <fmt/core.h>
 
 #include <memory>
@@ -6,11 +8,9 @@
 #include "TagLines.h"
 #include "View.h"
 #include "commands.h"
-#include "depthservo/sequence/InputError.h"
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/RunFolder.h"
-#include "depthservo/servo/Scenario.h"
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/report/RunFolder.h"
+#include "depthservo/text/InputError.h"
 #include "findings.h"
 
 namespace depthservo {
@@ -27,11 +27,13 @@ struct RunArguments {
 class Audience : public RunProgress {
  public:
   Audience(const Scenario& scenario, std::unique_ptr<View> view)
-      : RunProgress(scenario.name, scenario), view_(std::move(view)) {}
 
-  void onFrame(const RunFrame& frame) override {
+      : RunProgress(scenario.name, 0, scenario.duration), view_(std::move(view)) {}
+
+  bool onFrame(const RunFrame& frame) override {
     RunProgress::onFrame(frame);
-    if (view_) view_->show(*frame.image, frame.record, frame.log);
+    if (view_) view_->show(frame.exposure.image, frame.record, frame.log);
+    return true;
   }
 
  private:
@@ -40,7 +42,7 @@ class Audience : public RunProgress {
 
 /// \throw InputError there is no display, or the scenario has no images
 std::unique_ptr<View> viewOf(const Scenario& scenario) {
-  if (scenario.sensing.source != Scenario::Source::image) {
+  if (scenario.sensing.source != SensingSource::image) {
     throw InputError({"--view", 0, ""}, "this scenario has no images (sensing.source: geometry)");
   }
   return std::make_unique<View>(ViewOptions{scenario.camera.width, scenario.camera.height,
@@ -69,7 +71,7 @@ int runScenario(const RunArguments& arguments) {
   RunLog log;
   {
     Audience audience(scenario, std::move(view));
-    log = ServoLoop(scenario).run(&audience);
+    log = run(scenario, &audience);
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   fmt::print(stderr, "{}\n", verdict(log, computeMetrics(log)));

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "commands.h"
-#include "depthservo/servo/TargetSheet.h"
+#include "depthservo/report/TargetSheet.h"
 #include "observation.h"
 
 namespace depthservo {

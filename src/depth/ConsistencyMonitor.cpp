@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "depth/FilterPointSteps.h"
-#include "depth/rateByTwist.h"
+#include "motion/rateByTwist.h"
 
 namespace depthservo {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "depth/rateByTwist.h"
+#include "motion/rateByTwist.h"
 
 namespace depthservo {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "depthservo/depth/OdometryNoise.h"
+#include "depthservo/motion/OdometryNoise.h"
 
 /// The arithmetic of InverseDepthFilter, for T = double or a vector of doubles: no branches, one
 /// place. Names: c is chi; `xy` of a covariance is that of x and y.

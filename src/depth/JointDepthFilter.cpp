@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "depth/FilterPointSteps.h"
-#include "depth/rateByTwist.h"
+#include "motion/rateByTwist.h"
 
 namespace depthservo {
 namespace {

@@ -169,7 +169,7 @@ void FeatureMoments::buildFrom(const std::vector<PointState>& points) {
   });
 }
 
-void FeatureMoments::update(const FeaturePointGroup& points) {
+void FeatureMoments::update(const PointFeatures& points) {
   compute(points.size(), [&](std::size_t i) {
     const FeaturePoint& p = points[i];
     return weighted(p.get_x(), p.get_y(), 1 / p.get_Z(), p.estimate().sigma_chi);

@@ -9,12 +9,8 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 
 FeaturePointGroup::FeaturePointGroup(const PointSetEstimator& estimator, std::size_t count)
-    : estimator_(estimator.clone()), features_(count) {
+    : PointFeatures(count, estimator.range()), estimator_(estimator.clone()) {
   estimator_->reset();
-  for (FeaturePoint& feature : features_) {
-    feature.estimator_ = nullptr;
-    feature.range_ = estimator_->range();
-  }
   observations_.reserve(count);
 }
 
@@ -60,13 +56,7 @@ Coverage FeaturePointGroup::observe(const MotionBuffer& odometry, double exposur
     }
   }
   estimator_->correct(observations_);
-  const bool isLate = now_s > exposure_s;
-  for (std::size_t i = 0; i < features_.size(); ++i) {
-    const int id = static_cast<int>(i);
-    if (isLate) features_[i].resetFlags();  // what was measured then is not where the point is now
-    features_[i].publish(isLate ? estimator_->estimate(id, odometry, now_s)
-                                : estimator_->estimate(id));
-  }
+  publish(*estimator_, observations_, odometry, now_s);
   return coverage;
 }
 

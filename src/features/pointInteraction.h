@@ -1,6 +1,6 @@
 #pragma once
 
-#include "depth/rateByTwist.h"
+#include "motion/rateByTwist.h"
 
 namespace depthservo {
 

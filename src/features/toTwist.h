@@ -3,7 +3,7 @@
 #include <visp3/core/vpColVector.h>
 
 #include "depthservo/motion/Twist.h"
-#include "depthservo/visp.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 

@@ -5,7 +5,7 @@
 #include "robots/forwardCamera.h"
 #include "robots/limits.h"
 #include "robots/planarArc.h"
-#include "vispPose.h"
+#include "visp/pose.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;

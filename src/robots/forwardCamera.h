@@ -6,8 +6,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "depthservo/visp.h"
-#include "vispPose.h"
+#include "depthservo/visp/visp.h"
+#include "visp/pose.h"
 
 namespace depthservo {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "depthservo/sequence/InputError.h"
+#include "depthservo/text/InputError.h"
 #include "sequence/GrayImage.h"
 
 namespace depthservo {

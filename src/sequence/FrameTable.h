@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "depthservo/sequence/Sequence.h"
-#include "sequence/TextTable.h"
+#include "text/TextTable.h"
 
 namespace depthservo::detail {
 

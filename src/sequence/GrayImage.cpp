@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "depthservo/sequence/InputError.h"
-#include "sequence/TextFile.h"
+#include "depthservo/text/InputError.h"
+#include "text/TextFile.h"
 
 namespace depthservo::detail {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/visp.h"
+#include "depthservo/visp/visp.h"
 #include "sequence/imageFormats.h"
 
 namespace depthservo::detail {

@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "depthservo/sequence/InputError.h"
 #include "depthservo/sequence/SequenceWriter.h"
+#include "depthservo/text/InputError.h"
 #include "sequence/GrayImage.h"
 #include "sequence/ImageFolder.h"
 

@@ -13,11 +13,11 @@
 #include "sequence/FrameTable.h"
 #include "sequence/GrayImage.h"
 #include "sequence/ImageFolder.h"
-#include "sequence/StrictYaml.h"
-#include "sequence/TextTable.h"
 #include "sequence/associate.h"
 #include "sequence/cameraFiles.h"
 #include "sequence/dataSets.h"
+#include "text/StrictYaml.h"
+#include "text/TextTable.h"
 
 namespace depthservo {
 namespace {

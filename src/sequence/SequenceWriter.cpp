@@ -10,7 +10,7 @@
 #include <filesystem>
 
 #include "sequence/GrayImage.h"
-#include "sequence/TextFile.h"
+#include "text/TextFile.h"
 
 namespace depthservo {
 namespace {

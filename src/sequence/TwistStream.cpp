@@ -14,7 +14,7 @@
 #include <limits>
 #include <optional>
 
-#include "sequence/TextFile.h"
+#include "text/TextFile.h"
 
 namespace depthservo {
 namespace {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "depthservo/sequence/InputError.h"
 #include "depthservo/sequence/SequenceWriter.h"
+#include "depthservo/text/InputError.h"
 #include "sequence/ImageSeries.h"
 #include "sequence/videoModule.h"
 

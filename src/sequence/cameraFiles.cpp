@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "sequence/StrictYaml.h"
+#include "text/StrictYaml.h"
 
 namespace depthservo::detail {
 namespace {

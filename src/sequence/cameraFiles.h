@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/camera/PinholeCamera.h"
 
 namespace depthservo::detail {
 

@@ -8,8 +8,8 @@
 
 #include "depthservo/sequence/SequenceWriter.h"
 #include "sequence/GrayImage.h"
-#include "sequence/TextTable.h"
 #include "sequence/cameraFiles.h"
+#include "text/TextTable.h"
 
 namespace depthservo::detail {
 namespace {

@@ -3,7 +3,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include "depthservo/sequence/InputError.h"
+#include "depthservo/text/InputError.h"
 
 namespace depthservo::detail {
 

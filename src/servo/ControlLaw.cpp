@@ -7,9 +7,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "depthservo/depth/PoseRegulation.h"
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/TaskFunction.h"
+#include "depthservo/pose/PoseRegulation.h"
+#include "depthservo/text/InputError.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "robots/cameraJacobian.h"
 #include "servo/ExcitingLaw.h"
@@ -21,13 +22,13 @@ using namespace VISP_NAMESPACE_NAME;
 namespace depthservo {
 namespace {
 
-vpServo::vpServoIteractionMatrixType interactionType(Scenario::Interaction interaction) {
+vpServo::vpServoIteractionMatrixType interactionType(InteractionKind interaction) {
   switch (interaction) {
-    case Scenario::Interaction::current:
+    case InteractionKind::current:
       return vpServo::CURRENT;
-    case Scenario::Interaction::mean:
+    case InteractionKind::mean:
       return vpServo::MEAN;
-    case Scenario::Interaction::desired:
+    case InteractionKind::desired:
       return vpServo::DESIRED;
   }
   return vpServo::CURRENT;
@@ -39,25 +40,25 @@ constexpr double kDoubt = 0.5;
 /// An image error above this is a long way, as a fraction of the image's width.
 constexpr double kLongWay = 0.1;
 
-std::vector<PointState> desiredPoints(const Scenario& scenario, const ServoGoal& goal) {
+std::vector<PointState> desiredPoints(const LawSetup& setup) {
   std::vector<PointState> points;
-  for (std::size_t i = 0; i < goal.pixels.size(); ++i) {
+  for (std::size_t i = 0; i < setup.goal.pixels.size(); ++i) {
     const Eigen::Vector2d s =
-        scenario.camera.pinhole().normalise(goal.pixels[i].x(), goal.pixels[i].y());
-    points.push_back({s.x(), s.y(), 1 / goal.Z[i]});
+        setup.camera.normalise(setup.goal.pixels[i].x(), setup.goal.pixels[i].y());
+    points.push_back({s.x(), s.y(), 1 / setup.goal.Z[i]});
   }
   return points;
 }
 
 /// The velocities that vpServo computes.
-Eigen::VectorXd computed(vpServo& task, const CameraRobot& robot) {
+Eigen::VectorXd computed(vpServo& task, const RobotModel& robot) {
   task.set_cVe(robot.cVe());
   task.set_eJe(robot.eJe());
   const vpColVector qdot = task.computeControlLaw();
   return Eigen::Map<const Eigen::VectorXd>(qdot.data, qdot.getRows());
 }
 
-void setUp(vpServo& task, const Scenario::Control& control) {
+void setUp(vpServo& task, const ControlOptions& control) {
   task.setServo(vpServo::EYEINHAND_L_cVe_eJe);
   task.setInteractionMatrixType(interactionType(control.interaction));
   task.setLambda(control.gain);
@@ -66,19 +67,19 @@ void setUp(vpServo& task, const Scenario::Control& control) {
 /// vpServo on the points.
 class PointLaw : public ControlLaw {
  public:
-  PointLaw(const Scenario& scenario, const ServoGoal& goal, FeaturePointGroup& features)
+  PointLaw(const LawSetup& setup, PointFeatures& features)
       : features_(features),
-        gain_(scenario.control.gain),
-        gainInDoubt_(gain_ * scenario.control.gain_in_doubt),
-        longWay_(kLongWay * scenario.camera.width / scenario.camera.fx),
+        gain_(setup.control.gain),
+        gainInDoubt_(gain_ * setup.control.gain_in_doubt),
+        longWay_(kLongWay * setup.camera.width / setup.camera.fx),
         desired_(features.size()) {
-    const std::vector<PointState> points = desiredPoints(scenario, goal);
+    const std::vector<PointState> points = desiredPoints(setup);
     for (std::size_t i = 0; i < features.size(); ++i) {
-      desired_[i].buildFrom(points[i].x, points[i].y, goal.Z[i]);
-      features[i].setDesiredDepth(goal.Z[i]);
+      desired_[i].buildFrom(points[i].x, points[i].y, setup.goal.Z[i]);
+      features[i].setDesiredDepth(setup.goal.Z[i]);
       task_.addFeature(features[i], desired_[i]);
     }
-    setUp(task_, scenario.control);
+    setUp(task_, setup.control);
   }
 
   Eigen::VectorXd command(const ControlInput& now) override {
@@ -101,7 +102,7 @@ class PointLaw : public ControlLaw {
     return worst > kDoubt && squared > n * longWay_ * longWay_;
   }
 
-  const FeaturePointGroup& features_;
+  const PointFeatures& features_;
   double gain_, gainInDoubt_;
   double longWay_;  // rms distance of the points from their goals, normalised
   std::vector<vpFeaturePoint> desired_;
@@ -111,14 +112,13 @@ class PointLaw : public ControlLaw {
 /// vpServo on the moments of all points.
 class MomentLaw : public ControlLaw {
  public:
-  MomentLaw(const Scenario& scenario, const ServoGoal& goal, const FeaturePointGroup& points)
+  MomentLaw(const LawSetup& setup, const PointFeatures& points)
       : points_(points),
-        moments_(
-            FeatureMoments::scaleFor(desiredPoints(scenario, goal), scenario.control.size_weight)),
+        moments_(FeatureMoments::scaleFor(desiredPoints(setup), setup.control.size_weight)),
         desired_(moments_) {
-    desired_.buildFrom(desiredPoints(scenario, goal));
+    desired_.buildFrom(desiredPoints(setup));
     task_.addFeature(moments_, desired_);
-    setUp(task_, scenario.control);
+    setUp(task_, setup.control);
   }
 
   Eigen::VectorXd command(const ControlInput& now) override {
@@ -127,7 +127,7 @@ class MomentLaw : public ControlLaw {
   }
 
  private:
-  const FeaturePointGroup& points_;
+  const PointFeatures& points_;
   FeatureMoments moments_, desired_;
   vpServo task_;  // after the features
 };
@@ -135,12 +135,11 @@ class MomentLaw : public ControlLaw {
 /// The task function: only depths at the goal enter.
 class TaskLaw : public ControlLaw {
  public:
-  TaskLaw(const Scenario& scenario, const ServoGoal& goal, const FeaturePointGroup& features)
+  TaskLaw(const LawSetup& setup, const PointFeatures& features)
       : features_(features),
-        gain_(scenario.control.gain),
-        task_(desiredPoints(scenario, goal), scenario.robot.type == RobotKind::free
-                                                 ? TaskFunction::all()
-                                                 : TaskFunction::planar()) {}
+        gain_(setup.control.gain),
+        task_(desiredPoints(setup),
+              setup.mobility == Mobility::full ? TaskFunction::all() : TaskFunction::planar()) {}
 
   Eigen::VectorXd command(const ControlInput& now) override {
     Eigen::VectorXd s(2 * features_.size());
@@ -151,7 +150,7 @@ class TaskLaw : public ControlLaw {
   }
 
  private:
-  const FeaturePointGroup& features_;
+  const PointFeatures& features_;
   double gain_;
   TaskFunction task_;
 };
@@ -160,13 +159,13 @@ class TaskLaw : public ControlLaw {
 /// when an image falls into it.
 class ProfileLaw : public ControlLaw {
  public:
-  explicit ProfileLaw(const Scenario& scenario)
-      : profile_(scenario.control.profile), row_s_(1 / scenario.odometry.rate) {}
+  explicit ProfileLaw(const LawSetup& setup)
+      : profile_(setup.control.profile), row_s_(setup.rowPeriod_s) {}
 
   Eigen::VectorXd command(const ControlInput& now) override {
     constexpr double kSlack = 1e-6;  // times are rounded to nanoseconds
     const double row = std::floor(now.time_s / row_s_ + kSlack);
-    return velocityAt(profile_, (row + 0.5) * row_s_, now.robot.velocity().size());
+    return velocityAt(profile_, (row + 0.5) * row_s_, now.robot.velocityLimits().size());
   }
   std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }
   bool usesFeatures() const override { return false; }
@@ -179,10 +178,9 @@ class ProfileLaw : public ControlLaw {
 /// Steers by the pose of the target, predicted to each row of odometry (Ibuki et al. 2023).
 class RegulationLaw : public ControlLaw {
  public:
-  RegulationLaw(const Scenario& scenario, const Eigen::Isometry3d& cdMo,
-                const FeaturePointGroup& features)
-      : regulation_(cdMo, optionsOf(scenario)),
-        target_(dynamic_cast<const KnownTargetEstimator&>(features.estimator())) {}
+  RegulationLaw(const LawSetup& setup, const PointSetEstimator& estimator)
+      : regulation_(*setup.goal.cdMo, optionsOf(setup)),
+        target_(dynamic_cast<const KnownTargetEstimator&>(estimator)) {}
 
   Eigen::VectorXd command(const ControlInput& now) override {
     const Twist twist = regulation_.command(target_.observer().cMo(now.odometry, now.time_s));
@@ -194,10 +192,10 @@ class RegulationLaw : public ControlLaw {
   std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }
 
  private:
-  static PoseRegulationOptions optionsOf(const Scenario& scenario) {
+  static PoseRegulationOptions optionsOf(const LawSetup& setup) {
     PoseRegulationOptions options;
-    options.kc = scenario.control.kc;
-    if (scenario.robot.type != RobotKind::free) options.mobility = Mobility::planar;
+    options.kc = setup.control.kc;
+    options.mobility = setup.mobility;
     return options;
   }
 
@@ -205,35 +203,35 @@ class RegulationLaw : public ControlLaw {
   const KnownTargetEstimator& target_;
 };
 
-std::unique_ptr<ControlLaw> makePlainLaw(const Scenario& scenario, const ServoGoal& goal,
-                                         FeaturePointGroup& features) {
-  switch (scenario.control.law) {
+std::unique_ptr<ControlLaw> makePlainLaw(const LawSetup& setup, PointFeatures& features,
+                                         const PointSetEstimator& estimator) {
+  switch (setup.control.law) {
     case Law::vpServo:
-      if (scenario.control.features == FeatureKind::moments) {
-        return std::make_unique<MomentLaw>(scenario, goal, features);
+      if (setup.control.features == FeatureKind::moments) {
+        return std::make_unique<MomentLaw>(setup, features);
       }
-      return std::make_unique<PointLaw>(scenario, goal, features);
+      return std::make_unique<PointLaw>(setup, features);
     case Law::task:
       try {
-        return std::make_unique<TaskLaw>(scenario, goal, features);
+        return std::make_unique<TaskLaw>(setup, features);
       } catch (const std::invalid_argument& error) {
-        throw InputError({scenario.file, 0, "control.law"}, std::string("task: ") + error.what());
+        throw InputError({setup.place, 0, "control.law"}, std::string("task: ") + error.what());
       }
     case Law::profile:
-      return std::make_unique<ProfileLaw>(scenario);
+      return std::make_unique<ProfileLaw>(setup);
     case Law::regulation:
-      return std::make_unique<RegulationLaw>(scenario, *goal.cdMo, features);
+      return std::make_unique<RegulationLaw>(setup, estimator);
   }
   throw std::logic_error("no such law");
 }
 
 }  // namespace
 
-std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const ServoGoal& goal,
-                                           FeaturePointGroup& features) {
-  auto law = makePlainLaw(scenario, goal, features);
-  if (!scenario.control.excite) return law;
-  return std::make_unique<ExcitingLaw>(std::move(law), scenario, features);
+std::unique_ptr<ControlLaw> makeControlLaw(const LawSetup& setup, PointFeatures& features,
+                                           const PointSetEstimator& estimator) {
+  auto law = makePlainLaw(setup, features, estimator);
+  if (!setup.control.excite) return law;
+  return std::make_unique<ExcitingLaw>(std::move(law), setup, features);
 }
 
 }  // namespace depthservo

@@ -7,22 +7,18 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/features/FeaturePointGroup.h"
-#include "depthservo/robots/CameraRobot.h"
-#include "depthservo/servo/Scenario.h"
+#include "depthservo/camera/PinholeCamera.h"
+#include "depthservo/features/PointFeatures.h"
+#include "depthservo/pose/PoseRegulation.h"
+#include "depthservo/robots/RobotModel.h"
+#include "depthservo/servo/ServoGoal.h"
+#include "depthservo/servo/ServoOptions.h"
 
 namespace depthservo {
 
-/// Where the task is done.
-struct ServoGoal {
-  std::vector<Eigen::Vector2d> pixels;    ///< by point [px]
-  std::vector<double> Z;                  ///< by point [m]; the first guess where unknown
-  std::optional<Eigen::Isometry3d> cdMo;  ///< pose of the target in the camera, when known
-};
-
 /// What a control law can ask besides the features.
 struct ControlInput {
-  const CameraRobot& robot;
+  const RobotModel& robot;
   const MotionBuffer& odometry;
   double time_s;  ///< of the run
 };
@@ -41,14 +37,25 @@ class ControlLaw {
   virtual std::optional<Eigen::VectorXd> between(const ControlInput&) { return std::nullopt; }
 
   /// What it is doing besides, in words; empty: nothing.
-  virtual std::string state() const { return ""; }
+  virtual std::string activity() const { return ""; }
 
   /// Whether it steers by the features: without them the command fades out.
   virtual bool usesFeatures() const { return true; }
 };
 
-/// The law of a scenario. \param features outlive it
-std::unique_ptr<ControlLaw> makeControlLaw(const Scenario& scenario, const ServoGoal& goal,
-                                           FeaturePointGroup& features);
+/// What a law is made from.
+struct LawSetup {
+  ControlOptions control;
+  ServoGoal goal;
+  PinholeCamera camera;
+  Mobility mobility;
+  double rowPeriod_s, framePeriod_s;  ///< of odometry and images
+  std::string place;                  ///< of the options, for messages
+};
+
+/// \param features and \param estimator outlive the law \throw InputError the law cannot have this
+/// goal
+std::unique_ptr<ControlLaw> makeControlLaw(const LawSetup& setup, PointFeatures& features,
+                                           const PointSetEstimator& estimator);
 
 }  // namespace depthservo

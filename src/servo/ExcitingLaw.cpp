@@ -54,13 +54,13 @@ Eigen::VectorXd gentlest(const Eigen::MatrixXd& J, const Eigen::MatrixXd& task,
 
 }  // namespace
 
-ExcitingLaw::ExcitingLaw(std::unique_ptr<ControlLaw> law, const Scenario& scenario,
-                         const FeaturePointGroup& features)
+ExcitingLaw::ExcitingLaw(std::unique_ptr<ControlLaw> law, const LawSetup& setup,
+                         const PointFeatures& features)
     : law_(std::move(law)),
       features_(features),
-      speed_(scenario.control.excite->speed),
-      reach_(kOwn * scenario.control.excite->limit / scenario.camera.pinhole().focal_px()),
-      period_s_(1 / scenario.camera.rate.front()) {}
+      speed_(setup.control.excite->speed),
+      reach_(kOwn * setup.control.excite->limit / setup.camera.focal_px()),
+      period_s_(setup.framePeriod_s) {}
 
 bool ExcitingLaw::isNeeded() const {
   bool isVague = false, isKnown = true;
@@ -111,7 +111,7 @@ std::optional<Eigen::VectorXd> ExcitingLaw::between(const ControlInput& now) {
   return within(limits, within(limits, *command) + added_);
 }
 
-void ExcitingLaw::carryAlong(const CameraRobot& robot, double dt) {
+void ExcitingLaw::carryAlong(const RobotModel& robot, double dt) {
   const Twist twist = robot.cameraTwist(robot.velocity());
   const Eigen::Vector3d way = displacement_.head<3>(), turn = displacement_.tail<3>();
   displacement_.head<3>() -= dt * (twist.angular.cross(way) + twist.linear.cross(turn));
@@ -148,7 +148,7 @@ double ExcitingLaw::shareWithinLimit(const Vector6d& step) const {
   return share;
 }
 
-std::string ExcitingLaw::state() const {
+std::string ExcitingLaw::activity() const {
   return isOn_ ? "active excitation: the camera moves to learn the depths" : "";
 }
 

@@ -22,13 +22,13 @@ namespace depthservo {
 /// end.
 class ExcitingLaw : public ControlLaw {
  public:
-  ExcitingLaw(std::unique_ptr<ControlLaw> law, const Scenario& scenario,
-              const FeaturePointGroup& features);
+  ExcitingLaw(std::unique_ptr<ControlLaw> law, const LawSetup& setup,
+              const PointFeatures& features);
 
   Eigen::VectorXd command(const ControlInput& now) override;
   std::optional<Eigen::VectorXd> between(const ControlInput& now) override;
   bool usesFeatures() const override { return law_->usesFeatures(); }
-  std::string state() const override;
+  std::string activity() const override;
 
  private:
   using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -38,10 +38,10 @@ class ExcitingLaw : public ControlLaw {
   Eigen::VectorXd limited(const Eigen::VectorXd& velocity, const Eigen::MatrixXd& J,
                           const Eigen::VectorXd& limits) const;
   double shareWithinLimit(const Vector6d& step) const;
-  void carryAlong(const CameraRobot& robot, double dt);
+  void carryAlong(const RobotModel& robot, double dt);
 
   std::unique_ptr<ControlLaw> law_;
-  const FeaturePointGroup& features_;
+  const PointFeatures& features_;
   double speed_, reach_;  // [m/s], [-] normalised
   double period_s_;       // of the images, before the second
   double lastTime_s_ = -1, phase_ = 0;

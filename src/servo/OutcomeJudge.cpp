@@ -24,12 +24,13 @@ constexpr double kTimeSlack_s = 1e-6;
 
 }  // namespace
 
-OutcomeJudge::OutcomeJudge(const Scenario& scenario)
-    : camera_(scenario.camera.pinhole()),
-      tolerance_px_(scenario.control.tolerance),
-      Z_min_(scenario.depth.Z_min),
-      wait_s_(scenario.control.hidden_wait),
-      needed_(std::min(kNeeded, scenario.target.points.size())) {}
+OutcomeJudge::OutcomeJudge(const PinholeCamera& camera, const ControlOptions& control, double Z_min,
+                           std::size_t points)
+    : camera_(camera),
+      tolerance_px_(control.tolerance),
+      Z_min_(Z_min),
+      wait_s_(control.hidden_wait),
+      needed_(std::min(kNeeded, points)) {}
 
 bool OutcomeJudge::Since::lasts(double duration_s, double time_s) const {
   return time_s - begin_s_ + kTimeSlack_s >= duration_s;
@@ -40,8 +41,8 @@ OutcomeJudge::Verdict OutcomeJudge::leftImage(const char* what) const {
                                           *outside_, outsideAt_.u, outsideAt_.v, what)};
 }
 
-std::optional<OutcomeJudge::Verdict> OutcomeJudge::atExposure(
-    double time_s, const std::vector<World::TruePoint>& truth) {
+std::optional<OutcomeJudge::Verdict> OutcomeJudge::atExposure(double time_s,
+                                                              const std::vector<TruePoint>& truth) {
   std::size_t inside = 0;
   std::optional<std::size_t> outside;
   for (std::size_t i = 0; i < truth.size(); ++i) {

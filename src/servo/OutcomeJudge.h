@@ -5,15 +5,18 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/servo/RunLog.h"
-#include "servo/World.h"
+#include "depthservo/observation/Exposure.h"
+#include "depthservo/observation/RunLog.h"
+#include "depthservo/servo/ServoOptions.h"
+#include "servo/SpeedGovernor.h"
 
 namespace depthservo {
 
 /// Decides from what truly happens when a run is over, and how it ended.
 class OutcomeJudge {
  public:
-  explicit OutcomeJudge(const Scenario& scenario);
+  OutcomeJudge(const PinholeCamera& camera, const ControlOptions& control, double Z_min,
+               std::size_t points);
 
   struct Verdict {
     Outcome outcome;
@@ -21,15 +24,7 @@ class OutcomeJudge {
   };
 
   /// At exposure: whether enough dots are where a camera can see them.
-  std::optional<Verdict> atExposure(double time_s, const std::vector<World::TruePoint>& truth);
-
-  /// What the command is based on.
-  enum class Basis {
-    features,  ///< measured, or predicted well enough
-    slowed,    ///< the same, but the robot is held back: hidden features are predicted vaguely
-    waiting,   ///< the robot stands still: hidden features are predicted too vaguely
-    nothing,   ///< a feature is lost
-  };
+  std::optional<Verdict> atExposure(double time_s, const std::vector<TruePoint>& truth);
 
   /// After the command: progress, from the frames so far.
   std::optional<Verdict> afterCommand(const RunLog& log, Basis basis);
@@ -56,7 +51,7 @@ class OutcomeJudge {
   std::size_t needed_;  // points
   double firstError_px_ = kUnknown;
   std::optional<std::size_t> outside_;  // a dot that is not in the image now,
-  World::TruePoint outsideAt_{};        // where it left it
+  TruePoint outsideAt_{};               // where it left it
   Since tracking_, unhindered_, lost_, waiting_, away_;
 };
 

@@ -4,8 +4,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "target/aprilTagFamily.h"
 #include "tracking/TagCorners.h"
-#include "tracking/aprilTagFamily.h"
 
 #ifdef ENABLE_VISP_NAMESPACE
 using namespace VISP_NAMESPACE_NAME;

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "depthservo/tracking/DotTarget.h"
+#include "depthservo/target/DotTarget.h"
 #include "tracking/DotMeasurement.h"
 
 namespace depthservo::detail {

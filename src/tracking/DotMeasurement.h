@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "depthservo/tracking/Ellipse.h"
-#include "depthservo/visp.h"
+#include "depthservo/camera/Ellipse.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo::detail {
 

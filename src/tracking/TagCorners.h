@@ -6,7 +6,7 @@
 #include <array>
 #include <optional>
 
-#include "depthservo/visp.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo::detail {
 

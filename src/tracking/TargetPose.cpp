@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "vispPose.h"
+#include "visp/pose.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;

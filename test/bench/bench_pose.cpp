@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "depthservo/depth/VisualMotionObserver.h"
+#include "depthservo/pose/VisualMotionObserver.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;

@@ -10,8 +10,8 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "depthservo/rig/RecordedRig.h"
 #include "depthservo/sequence/SequenceWriter.h"
-#include "depthservo/servo/Replay.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/KltTracker.h"
 
@@ -51,7 +51,7 @@ double median(std::vector<double> values) {
 
 /// Replays a recording of the scene; counters are medians over all images [us].
 void replayed(benchmark::State& state, SyntheticCamera scene, const SequenceSettings& settings,
-              double Z, ReplayTracker tracker) {
+              double Z, TrackerKind tracker) {
   std::string folder = (std::filesystem::temp_directory_path() / "bench-sources-XXXXXX").string();
   mkdtemp(folder.data());
   SequenceWriter writer(folder + "/sequence");
@@ -65,7 +65,7 @@ void replayed(benchmark::State& state, SyntheticCamera scene, const SequenceSett
   all.camera = kCamera;
   writer.finish(all);
   const Sequence sequence(folder + "/sequence");
-  ReplayOptions options;
+  ObservationOptions options;
   options.tracker = tracker;
   std::map<std::string, std::vector<double>> seconds;
   std::size_t points = 0;
@@ -86,7 +86,7 @@ void dots(benchmark::State& state) {
                          0.014};
   SequenceSettings settings;
   settings.target = target;
-  replayed(state, SyntheticCamera(kCamera, target, noisy()), settings, 0.6, ReplayTracker::dots);
+  replayed(state, SyntheticCamera(kCamera, target, noisy()), settings, 0.6, TrackerKind::dots);
 }
 
 void aprilTag(benchmark::State& state) {
@@ -94,13 +94,13 @@ void aprilTag(benchmark::State& state) {
   SequenceSettings settings;
   settings.tags = target;
   replayed(state, SyntheticCamera(kCamera, target.patches(), noisy()), settings, 0.8,
-           ReplayTracker::apriltag);
+           TrackerKind::apriltag);
 }
 
 std::vector<GrayPatch> wall() { return {GrayPatch::random(4, 3, 160, 120, 1)}; }
 
 void naturalCorners(benchmark::State& state) {
-  replayed(state, SyntheticCamera(kCamera, wall(), noisy()), {}, 1.2, ReplayTracker::klt);
+  replayed(state, SyntheticCamera(kCamera, wall(), noisy()), {}, 1.2, TrackerKind::klt);
 }
 
 double cpuSeconds() {

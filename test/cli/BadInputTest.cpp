@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "cli/Tool.h"
-#include "servo/TemporaryFolder.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo::test {
 namespace {

@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "cli/Tool.h"
-#include "servo/TemporaryFolder.h"
 #include "support/MiniatureDataSet.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo::test {
 namespace {

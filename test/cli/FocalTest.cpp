@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "cli/Tool.h"
-#include "servo/TemporaryFolder.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo::test {
 namespace {

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "cli/Tool.h"
-#include "servo/TemporaryFolder.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo::test {
 namespace {

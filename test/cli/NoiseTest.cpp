@@ -4,8 +4,8 @@
 #include "cli/Tool.h"
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/simulation/SyntheticCamera.h"
-#include "servo/TemporaryFolder.h"
 #include "support/Random.h"
+#include "support/TemporaryFolder.h"
 
 #ifdef VISP_NAMESPACE_NAME
 using namespace VISP_NAMESPACE_NAME;

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "cli/Tool.h"
-#include "servo/TemporaryFolder.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo::test {
 namespace {

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "cli/Tool.h"
-#include "servo/TemporaryFolder.h"
 #include "support/PdfPage.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo::test {
 namespace {

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "servo/TemporaryFolder.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo::test {
 

@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "depth/FilterKernel.h"
-#include "depth/rateByTwist.h"
 #include "depthservo/depth/DepthForecast.h"
 #include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/motion/Flow.h"
+#include "motion/rateByTwist.h"
 #include "support/EstimatorExperiment.h"
 #include "support/MatrixMatchers.h"
 #include "support/StillPoint.h"

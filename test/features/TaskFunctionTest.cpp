@@ -39,7 +39,7 @@ Eigen::VectorXd features(const std::vector<PointState>& points) {
 }
 
 /// cVe eJe.
-Eigen::MatrixXd cameraJacobian(const CameraRobot& robot) {
+Eigen::MatrixXd cameraJacobian(const SimulatedRobot& robot) {
   const vpMatrix J = robot.cVe() * robot.eJe();
   Eigen::MatrixXd result(J.getRows(), J.getCols());
   for (unsigned i = 0; i < J.getRows(); ++i) {

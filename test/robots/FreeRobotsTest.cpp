@@ -20,7 +20,7 @@ using test::Random;
 using test::StillPoint;
 
 /// A still point, followed by integrating the camera twist that the robot says it has.
-void expectStillPoint(CameraRobot& robot, const Eigen::VectorXd& command) {
+void expectStillPoint(SimulatedRobot& robot, const Eigen::VectorXd& command) {
   const Eigen::Vector3d wP(1, 2, 3);
   StillPoint point(robot.wMc().inverse() * wP);
   for (int i = 0; i < 10; ++i) {

@@ -6,9 +6,9 @@
 
 #include "depthservo/sequence/DepthMap.h"
 #include "sequence/associate.h"
-#include "servo/TemporaryFolder.h"
 #include "support/InputErrors.h"
 #include "support/Random.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {

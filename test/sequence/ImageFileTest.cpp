@@ -4,8 +4,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "sequence/GrayImage.h"
-#include "servo/TemporaryFolder.h"
 #include "support/InputErrors.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo::detail {
 namespace {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "depthservo/sequence/Sequence.h"
-#include "servo/TemporaryFolder.h"
 #include "support/InputErrors.h"
+#include "support/TemporaryFolder.h"
 #include "support/TextMutator.h"
 
 namespace depthservo {

@@ -10,9 +10,9 @@
 
 #include "depthservo/motion/Motion.h"
 #include "depthservo/sequence/Sequence.h"
-#include "servo/TemporaryFolder.h"
 #include "support/InputErrors.h"
 #include "support/Random.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {

@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "depthservo/sequence/SequenceWriter.h"
-#include "servo/TemporaryFolder.h"
 #include "support/InputErrors.h"
 #include "support/Random.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {

@@ -4,8 +4,8 @@
 #include <unistd.h>
 
 #include "depthservo/sequence/TwistStream.h"
-#include "servo/TemporaryFolder.h"
 #include "support/InputErrors.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {

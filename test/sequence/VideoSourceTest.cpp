@@ -7,8 +7,8 @@
 
 #include "depthservo/sequence/VideoSource.h"
 #include "sequence/videoModule.h"
-#include "servo/TemporaryFolder.h"
 #include "support/InputErrors.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {

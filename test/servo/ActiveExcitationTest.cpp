@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/scenario/run.h"
 #include "support/Random.h"
 
 namespace depthservo {
@@ -22,7 +22,7 @@ const std::string kUnicycle = DEPTHSERVO_DATA "/scenarios/unicycle-4dots.yaml";
 RunLog run(const std::string& file, Overrides overrides, const Overrides& more) {
   overrides.insert(overrides.end(), more.begin(), more.end());
   overrides.emplace_back("expect=null");
-  return ServoLoop(Scenario::load(file, overrides)).run();
+  return run(Scenario::load(file, overrides));
 }
 
 std::string seeded(unsigned seed) { return "seed=" + std::to_string(seed); }

@@ -7,12 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "TemporaryFolder.h"
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/Record.h"
-#include "depthservo/servo/Replay.h"
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/rig/RecordedRig.h"
+#include "depthservo/scenario/run.h"
 #include "support/InputErrors.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {
@@ -24,7 +23,7 @@ std::string scenario(const std::string& name) {
 }
 
 RunLog run(const std::string& name, const Settings& settings = {}) {
-  return ServoLoop(Scenario::load(scenario(name), settings)).run();
+  return run(Scenario::load(scenario(name), settings));
 }
 
 /// Root mean square of Z/Z_true - 1 over all points and frames of a span of time.
@@ -54,7 +53,7 @@ class Shipped : public testing::TestWithParam<const char*> {};
 TEST_P(Shipped, ends_as_it_says) {
   const Scenario s = Scenario::load(scenario(GetParam()));
   ASSERT_TRUE(s.expect);
-  const RunLog log = ServoLoop(s).run();
+  const RunLog log = run(s);
   EXPECT_EQ(log.outcome, s.expect->outcome) << log.reason;
   ASSERT_TRUE(log.frameRate);
 }
@@ -168,7 +167,7 @@ TEST(MovingTarget, replay_of_a_recorded_run_gives_the_same_depths) {
   const Scenario s = Scenario::load(scenario("moving-target"), swinging({"duration=4"}));
   const RunLog recorded = record(s, sequence);
   const Sequence read(sequence);
-  const RunLog replayed = replay(read, ReplayOptions::of(read));
+  const RunLog replayed = replay(read, ObservationOptions::of(read));
   ASSERT_EQ(replayed.frames.size(), recorded.frames.size());
   for (std::size_t k = 0; k < replayed.frames.size(); ++k) {
     for (std::size_t i = 0; i < 4; ++i) {
@@ -325,7 +324,7 @@ TEST(RefusedReplay, pose_needs_a_target) {
   s.control.desired.clear();
   record(s, sequence);
   const Sequence read(sequence);
-  ReplayOptions options = ReplayOptions::of(read);
+  ObservationOptions options = ObservationOptions::of(read);
   options.depth.estimator = EstimatorKind::pose;
   EXPECT_TRUE(test::isRefusal(test::inputErrorOf([&] { replay(read, options); }),
                               {"known target", "at least four points"}));

@@ -3,16 +3,16 @@
 
 #include <filesystem>
 
-#include "TemporaryFolder.h"
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/scenario/run.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {
 
 RunLog run(const std::string& scenario, const std::vector<std::string>& overrides = {}) {
   const std::string path = std::string(DEPTHSERVO_DATA) + "/scenarios/" + scenario + ".yaml";
-  return ServoLoop(Scenario::load(path, overrides)).run();
+  return run(Scenario::load(path, overrides));
 }
 
 TEST(DeadlockOfInconsistentDepths, happens_with_a_depth_for_each_point) {
@@ -82,7 +82,7 @@ TEST(DeLuca2008Scenarios, end_as_they_say) {
                                                                "/scenarios/deluca2008")) {
     const Scenario scenario = Scenario::load(entry.path());
     if (scenario.name.rfind("points", 0) != 0 && scenario.name.rfind("moments", 0) != 0) continue;
-    const RunLog log = ServoLoop(scenario).run();
+    const RunLog log = run(scenario);
     EXPECT_EQ(log.outcome, scenario.expect->outcome) << scenario.name << ": " << log.reason;
     ++count;
   }
@@ -104,7 +104,7 @@ depth: {initial: 5}
 control: {law: profile, profile: [{until: 4, amplitude: [0, 0, 0.1, 0.1, 0],
           omega: [0, 0, 1.2566370614359172, 2.5132741228718345, 0]}]}
 )");
-  const RunLog log = ServoLoop(Scenario::load(folder / "arm.yaml")).run();
+  const RunLog log = run(Scenario::load(folder / "arm.yaml"));
   EXPECT_EQ(log.outcome, Outcome::timeout);
   EXPECT_EQ(log.commandNames.size(), 5u);
   EXPECT_LT(computeMetrics(log).final_depth_error_max, 0.01);

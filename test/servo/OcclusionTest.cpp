@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/ServoLoop.h"
-#include "servo/TemporaryFolder.h"
-#include "servo/reproduce/Durand2010.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/scenario/run.h"
+#include "papers/Durand2010.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {
@@ -49,7 +49,7 @@ class DurandScenario : public testing::TestWithParam<const char*> {};
 
 TEST_P(DurandScenario, ends_as_it_expects) {
   const Scenario scenario = durand(GetParam());
-  const RunLog log = ServoLoop(scenario).run();
+  const RunLog log = run(scenario);
   EXPECT_EQ(log.outcome, scenario.expect->outcome) << log.reason;
 }
 INSTANTIATE_TEST_SUITE_P(Files, DurandScenario,
@@ -63,7 +63,7 @@ TEST(DurandScenarioFile, is_what_the_program_runs) {
 TEST(Occlusion, of_two_seconds_leaves_the_features_within_3_px) {
   double squares = 0;
   for (const char* seed : {"seed=1", "seed=2", "seed=3"}) {
-    const RunLog log = ServoLoop(durand("occlusion", {seed})).run();
+    const RunLog log = run(durand("occlusion", {seed}));
     EXPECT_EQ(log.outcome, Outcome::converged) << log.reason;
     squares += std::pow(predictionError_px(log), 2) / 3;
   }
@@ -116,7 +116,7 @@ TEST_P(EveryEstimator, half_of_the_points_hidden_in_turn_gives_no_step_in_the_co
   const Scenario scenario =
       unicycle({halvesInTurn(), std::string("depth.estimator=") + GetParam(), "depth.initial=3",
                 "sensing.source=geometry", "sensing.pixel_noise=0.05"});
-  const RunLog log = ServoLoop(scenario).run();
+  const RunLog log = run(scenario);
   EXPECT_EQ(log.outcome, Outcome::converged) << log.reason;
   const double period_s = 1 / scenario.camera.rate.front();
   for (std::size_t k = kKnown; k < log.frames.size(); ++k) {
@@ -128,9 +128,8 @@ TEST_P(EveryEstimator, half_of_the_points_hidden_in_turn_gives_no_step_in_the_co
 }
 
 TEST_P(EveryEstimator, all_points_hidden_for_two_seconds_are_found_again_and_the_task_done) {
-  const RunLog log = ServoLoop(unicycle({"sensing.hidden=[[4, 6]]", "depth.initial=3",
-                                         std::string("depth.estimator=") + GetParam()}))
-                         .run();
+  const RunLog log = run(unicycle({"sensing.hidden=[[4, 6]]", "depth.initial=3",
+                                   std::string("depth.estimator=") + GetParam()}));
   EXPECT_EQ(log.outcome, Outcome::converged) << log.reason;
   EXPECT_LT(predictionError_px(log), 5);
 }
@@ -138,7 +137,7 @@ TEST_P(EveryEstimator, all_points_hidden_for_two_seconds_are_found_again_and_the
 TEST(HiddenSigma, stops_the_robot_smoothly_and_lets_it_go_on_when_the_dots_return) {
   const Scenario scenario =
       unicycle({"sensing.hidden=[[3, 8]]", "control.hidden_sigma=0.3", "sensing.source=geometry"});
-  const RunLog log = ServoLoop(scenario).run();
+  const RunLog log = run(scenario);
   EXPECT_EQ(log.outcome, Outcome::converged) << log.reason;
   EXPECT_TRUE(hasEvent(log, "slows down"));
   EXPECT_TRUE(hasEvent(log, "waits"));
@@ -156,17 +155,15 @@ TEST(HiddenSigma, stops_the_robot_smoothly_and_lets_it_go_on_when_the_dots_retur
 }
 
 TEST(HiddenSigma, ends_the_run_as_lost_after_waiting_in_vain) {
-  const RunLog log = ServoLoop(unicycle({"sensing.hidden=[[3, 30]]", "control.hidden_sigma=0.3",
-                                         "control.hidden_wait=3", "sensing.source=geometry"}))
-                         .run();
+  const RunLog log = run(unicycle({"sensing.hidden=[[3, 30]]", "control.hidden_sigma=0.3",
+                                   "control.hidden_wait=3", "sensing.source=geometry"}));
   EXPECT_EQ(log.outcome, Outcome::lost) << log.reason;
   EXPECT_LT(log.frames.back().time_s, 12);
 }
 
 TEST(HiddenSigma, nothing_seen_is_no_success) {
-  const RunLog log = ServoLoop(unicycle({"sensing.hidden=[[3, 30]]", "control.hidden_sigma=1000",
-                                         "sensing.source=geometry", "duration=20"}))
-                         .run();
+  const RunLog log = run(unicycle({"sensing.hidden=[[3, 30]]", "control.hidden_sigma=1000",
+                                   "sensing.source=geometry", "duration=20"}));
   EXPECT_EQ(log.outcome, Outcome::timeout) << log.reason;
   EXPECT_LT(computeMetrics(log).final_error_px, 1.5) << "it is there, but has not seen it";
 }
@@ -192,7 +189,7 @@ control: {law: profile, profile: [{until: 0.8, v: [0.3, 0, 0.1, 0, 0, 0]},
           {until: )" + std::to_string(1.2 + away_s) +
                                 R"(, v: [0, 0, 0, 0, -4, 0]}, {until: 60}]}
 )");
-    return ServoLoop(Scenario::load(folder_ / "s.yaml")).run();
+    return run(Scenario::load(folder_ / "s.yaml"));
   }
   test::TemporaryFolder folder_;
 };

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "TemporaryFolder.h"
-#include "depthservo/servo/Metrics.h"
-#include "depthservo/servo/ServoLoop.h"
+#include "depthservo/report/Metrics.h"
+#include "depthservo/scenario/run.h"
+#include "support/TemporaryFolder.h"
 
 namespace depthservo {
 namespace {
@@ -47,7 +47,7 @@ class ServoLoopTest : public testing::Test {
  protected:
   RunLog run(const std::string& text, const std::vector<std::string>& overrides = {}) const {
     folder_.write("s.yaml", text);
-    return ServoLoop(Scenario::load(folder_ / "s.yaml", overrides)).run();
+    return run(Scenario::load(folder_ / "s.yaml", overrides));
   }
   test::TemporaryFolder folder_;
 };

@@ -6,12 +6,12 @@
 
 #include <array>
 
-#include "depthservo/robots/CameraRobot.h"
+#include "depthservo/robots/SimulatedRobot.h"
 
 namespace depthservo::test {
 
 /// cVe eJe q against cameraTwist(q).
-inline void expectViSPsTwist(const CameraRobot& robot, const Eigen::VectorXd& q) {
+inline void expectViSPsTwist(const SimulatedRobot& robot, const Eigen::VectorXd& q) {
   const DEPTHSERVO_VISP vpMatrix J = DEPTHSERVO_VISP vpMatrix(robot.cVe()) * robot.eJe();
   ASSERT_EQ(J.getRows(), 6u);
   ASSERT_EQ(J.getCols(), q.size());
@@ -25,7 +25,7 @@ inline void expectViSPsTwist(const CameraRobot& robot, const Eigen::VectorXd& q)
 
 /// ViSP's own visual servoing drives the robot to where its camera sees four points of the world as
 /// from `goal`. \return what is left of the error in the image [-]
-inline double errorAfterServoing(CameraRobot& robot, const std::array<Eigen::Vector3d, 4>& wPs,
+inline double errorAfterServoing(SimulatedRobot& robot, const std::array<Eigen::Vector3d, 4>& wPs,
                                  const Eigen::Isometry3d& goal, int steps, double period_s) {
   using vpFeaturePoint = DEPTHSERVO_VISP vpFeaturePoint;
   using vpServo = DEPTHSERVO_VISP vpServo;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/sequence/InputError.h"
+#include "depthservo/text/InputError.h"
 
 namespace depthservo::test {
 

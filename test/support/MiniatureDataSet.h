@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/motion/PinholeCamera.h"
-#include "depthservo/tracking/DotTarget.h"
+#include "depthservo/camera/PinholeCamera.h"
+#include "depthservo/target/DotTarget.h"
 
 namespace depthservo::test {
 

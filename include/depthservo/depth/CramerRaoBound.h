@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "depthservo/depth/OdometryNoise.h"
 #include "depthservo/motion/Flow.h"
+#include "depthservo/motion/OdometryNoise.h"
 
 namespace depthservo {
 

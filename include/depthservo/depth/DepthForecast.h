@@ -1,7 +1,7 @@
 #pragma once
 
 #include "depthservo/depth/DepthEstimate.h"
-#include "depthservo/depth/OdometryNoise.h"
+#include "depthservo/motion/OdometryNoise.h"
 
 namespace depthservo {
 

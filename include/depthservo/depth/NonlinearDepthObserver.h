@@ -4,7 +4,7 @@
 
 #include "depthservo/depth/DepthEstimator.h"
 #include "depthservo/depth/ObserverStep.h"
-#include "depthservo/depth/OdometryNoise.h"
+#include "depthservo/motion/OdometryNoise.h"
 
 namespace depthservo {
 

@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "depthservo/features/FeaturePointGroup.h"
-#include "depthservo/visp.h"
+#include "depthservo/features/PointFeatures.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 
@@ -61,7 +61,7 @@ class FeatureMoments : public DEPTHSERVO_VISP vpBasicFeature {
 
   /// From the points of a group as its last `observe` left them. Before their first `observe`: as
   /// set by the user. \rtsafe
-  void update(const FeaturePointGroup& points);
+  void update(const PointFeatures& points);
 
   /// From estimates, weighted by their sigma_chi. \rtsafe
   void update(const std::vector<DepthEstimate>& points);

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "depthservo/depth/DepthEstimator.h"
-#include "depthservo/visp.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 
@@ -39,8 +39,8 @@ enum class ServoDepth { blended, observed };
 class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
  public:
   /// Observes with an InverseDepthFilter whose options are all at their defaults: odometry measured
-  /// to 1 %, at least 2 mm/s and 1 mrad/s. Give it a filter with your odometry's noise for an honest
-  /// sigma.
+  /// to 1 %, at least 2 mm/s and 1 mrad/s. Give it a filter with your odometry's noise for an
+  /// honest sigma.
   FeaturePoint();
 
   /// Observes with a copy of `estimator`. \param range depths that may reach ViSP [m]
@@ -52,9 +52,8 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
 
   /// Takes the camera twist (6: vx vy vz wx wy wz [m/s, rad/s], camera frame) that was applied for
   /// dt [s] since the previous image, and the x and y set since then. A twist of another size, a
-  /// value that is not finite or dt <= 0 is counted (`refused`) and leaves the estimate as it was; the
-  /// next measurement then says where the point is, and nothing of its depth.
-  /// \rtsafe
+  /// value that is not finite or dt <= 0 is counted (`refused`) and leaves the estimate as it was;
+  /// the next measurement then says where the point is, and nothing of its depth. \rtsafe
   void observe(const DEPTHSERVO_VISP vpColVector& twist, double dt);
 
   /// The same from the motion itself. \rtsafe
@@ -104,6 +103,7 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
 
  private:
   friend class FeaturePointGroup;
+  friend class PointFeatures;
 
   /// What the user has set since the last `observe`.
   bool hasNewPoint() const { return flags[0] && flags[1]; }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "depthservo/depth/PointSetEstimator.h"
-#include "depthservo/features/FeaturePoint.h"
+#include "depthservo/features/PointFeatures.h"
 
 namespace depthservo {
 
@@ -22,14 +22,10 @@ namespace depthservo {
 /// FeaturePoint: `set_Z` on a feature is a guess, or starts that depth anew; a feature whose x and
 /// y were not set is hidden. Must outlive the task, like ViSP's features. \rtsafe after
 /// construction
-class FeaturePointGroup {
+class FeaturePointGroup : public PointFeatures {
  public:
   /// \param estimator copied; with room for `count` points
   FeaturePointGroup(const PointSetEstimator& estimator, std::size_t count);
-
-  std::size_t size() const { return features_.size(); }
-  FeaturePoint& operator[](std::size_t i) { return features_[i]; }
-  const FeaturePoint& operator[](std::size_t i) const { return features_[i]; }
 
   /// As FeaturePoint::observe, for all features. \rtsafe
   void observe(const DEPTHSERVO_VISP vpColVector& twist, double dt);
@@ -52,7 +48,6 @@ class FeaturePointGroup {
 
  private:
   std::unique_ptr<PointSetEstimator> estimator_;
-  std::vector<FeaturePoint> features_;
   std::vector<PointObservation> observations_;
   MotionBuffer odometry_;  // of the overloads without one
   double clock_s_ = 0;

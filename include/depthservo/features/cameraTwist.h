@@ -4,7 +4,7 @@
 #include <visp3/core/vpMatrix.h>
 #include <visp3/core/vpVelocityTwistMatrix.h>
 
-#include "depthservo/visp.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 

@@ -3,14 +3,14 @@
 #include <cmath>
 #include <limits>
 
-#include "depthservo/robots/CameraRobot.h"
+#include "depthservo/robots/SimulatedRobot.h"
 
 namespace depthservo {
 
 /// A camera that moves freely: commands are its own twist (vx, vy, vz, wx, wy, wz) [m/s, rad/s], in
 /// its frame. Exact for a constant twist; e is the camera frame. The limits scale all six by a
 /// common factor.
-class FreeCamera : public CameraRobot {
+class FreeCamera : public SimulatedRobot {
  public:
   explicit FreeCamera(const Eigen::Isometry3d& wMc) : wMc_(wMc) {}
 
@@ -28,6 +28,7 @@ class FreeCamera : public CameraRobot {
     const Eigen::Vector3d axis = wMc_.linear().col(2);
     return {wMc_.translation().x(), wMc_.translation().y(), std::atan2(axis.y(), axis.x())};
   }
+  Mobility mobility() const override { return Mobility::full; }
   Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
   Eigen::Isometry3d wMc() const override { return wMc_; }
   DEPTHSERVO_VISP vpMatrix eJe() const override;                             ///< 6x6, the identity

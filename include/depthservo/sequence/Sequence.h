@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/depth/OdometryNoise.h"
+#include "depthservo/camera/PinholeCamera.h"
+#include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/motion/OdometryRow.h"
-#include "depthservo/motion/PinholeCamera.h"
 #include "depthservo/sequence/ClockCheck.h"
 #include "depthservo/sequence/DepthMap.h"
-#include "depthservo/sequence/InputError.h"
-#include "depthservo/tracking/AprilTagTarget.h"
-#include "depthservo/tracking/DotTarget.h"
-#include "depthservo/visp.h"
+#include "depthservo/target/AprilTagTarget.h"
+#include "depthservo/target/DotTarget.h"
+#include "depthservo/text/InputError.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 
@@ -148,6 +148,9 @@ class Sequence {
   const std::vector<PixelPoint>& dots() const { return dots_; }
 
   const ReplayHints& replayHints() const { return hints_; }
+
+  /// The three above in one.
+  SequenceTarget seen() const { return {target_, tags_, dots_, hints_}; }
 
   /// How the times of the images and those of the odometry, or of the poses when there is none, fit
   /// together; empty when there are neither. (That they do not overlap at all is refused.)

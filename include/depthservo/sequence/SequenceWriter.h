@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
 #include "depthservo/sequence/Sequence.h"
-#include "depthservo/tracking/DotTarget.h"
-#include "depthservo/visp.h"
+#include "depthservo/target/DotTarget.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 

@@ -8,12 +8,12 @@
 #include <optional>
 #include <vector>
 
-#include "depthservo/motion/PinholeCamera.h"
+#include "depthservo/camera/Ellipse.h"
+#include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
-#include "depthservo/simulation/GrayPatch.h"
-#include "depthservo/tracking/DotTarget.h"
-#include "depthservo/tracking/Ellipse.h"
-#include "depthservo/visp.h"
+#include "depthservo/target/DotTarget.h"
+#include "depthservo/target/GrayPatch.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 

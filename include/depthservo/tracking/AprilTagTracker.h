@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "depthservo/tracking/AprilTagTarget.h"
+#include "depthservo/target/AprilTagTarget.h"
 #include "depthservo/tracking/PointTracker.h"
 
 namespace depthservo {

@@ -3,8 +3,8 @@
 #include <memory>
 #include <optional>
 
-#include "depthservo/tracking/DotTarget.h"
-#include "depthservo/tracking/Ellipse.h"
+#include "depthservo/camera/Ellipse.h"
+#include "depthservo/target/DotTarget.h"
 #include "depthservo/tracking/PointTracker.h"
 
 namespace depthservo {

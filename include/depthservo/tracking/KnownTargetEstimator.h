@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "depthservo/depth/VisualMotionObserver.h"
+#include "depthservo/pose/VisualMotionObserver.h"
 
 namespace depthservo {
 

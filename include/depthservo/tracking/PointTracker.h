@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "depthservo/visp.h"
+#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "depthservo/motion/PinholeCamera.h"
-#include "depthservo/tracking/DotTarget.h"
+#include "depthservo/camera/PinholeCamera.h"
+#include "depthservo/target/DotTarget.h"
 #include "depthservo/tracking/PointTracker.h"
 
 namespace depthservo {

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace depthservo {
+
+/// A pose in words: roll, pitch, yaw. Its rotation is Rz(yaw) Ry(pitch) Rx(roll); it maps coordinates of
+/// the posed frame to the frame it is given in.
+struct RpyPose {
+  Eigen::Vector3d xyz = Eigen::Vector3d::Zero();  ///< [m]
+  Eigen::Vector3d rpy = Eigen::Vector3d::Zero();  ///< [rad]
+
+  Eigen::Isometry3d isometry() const;
+};
+
+}  // namespace depthservo

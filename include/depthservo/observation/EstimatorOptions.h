@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+
+#include "depthservo/depth/DepthEstimate.h"
+#include "depthservo/depth/NonlinearDepthObserver.h"
+#include "depthservo/text/InputError.h"
+
+namespace depthservo {
+
+/// Every depth estimator by the name users give it: constant | true | two-frame | nonlinear |
+/// window | filter | joint | pose.
+enum class EstimatorKind { constant, trueDepth, twoFrame, nonlinear, window, filter, joint, pose };
+const char* toString(EstimatorKind kind);
+
+/// The estimator of this name. Throws InputError at `place`.
+EstimatorKind estimatorNamed(const std::string& name, const InputError::Place& place);
+
+/// Gains of the nonlinear observer: k and k_3 if given, otherwise scheduled by settling and
+/// W_min.
+struct ObserverGainOptions {
+  double settling = 1.5;         ///< to 2 % [s]
+  double W_min = 0.01;           ///< excitation below which the gain stops growing [m/s]
+  std::optional<double> k, k_3;  ///< [1/s] and [1/m^2], normalised image coordinates
+
+  ObserverGains observer() const;
+};
+
+/// Of the estimator `pose`.
+struct KnownTargetOptions {
+  std::optional<double> ke;  ///< gain [1/s]; none: designed for the frame rate and `kappa`
+  double kappa = 0.1;        ///< how fast the target may move [m/s, rad/s]
+  bool guard = true;         ///< end the correction by an image once it is complete
+  /// Of the coupled regulation (Ibuki et al. 2023): pose of the target in the camera at the goal,
+  /// its odometry step [s], and the gain of the law [1/s].
+  std::optional<Eigen::Isometry3d> coupledGoal = {};
+  double couplingStep_s = 0.005;
+  std::optional<double> kc = {};
+};
+
+/// What the joint filter learns besides depths; see JointDepthFilter.
+struct JointStateOptions {
+  bool time_offset = true, gyro_bias = false, focal = false;
+};
+
+/// Which estimator, its first guess and its settings.
+struct EstimatorOptions {
+  EstimatorKind estimator = EstimatorKind::filter;
+  double initial = 1;                ///< first guess for every point [m]
+  double Z_min = 0.05, Z_max = 100;  ///< [m]
+  bool object = false;               ///< one depth for all points (nonlinear observer)
+  ObserverGainOptions gains;
+  JointStateOptions joint;
+  KnownTargetOptions pose;
+
+  DepthRange range() const { return {Z_min, Z_max}; }
+};
+
+}  // namespace depthservo

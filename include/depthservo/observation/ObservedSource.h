@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "depthservo/camera/PinholeCamera.h"
+#include "depthservo/sequence/Sequence.h"
+
+namespace depthservo {
+
+/// Where images and odometry come from, as far as the observer must know it.
+struct ObservedSource {
+  std::string place;     ///< folder, file or camera, for messages
+  std::string settings;  ///< file that names the target and how to observe it; empty: none
+  PinholeCamera camera;
+  SequenceTarget target;
+  bool hasImages = true;
+  std::vector<int> ids{};           ///< of points measured elsewhere, ascending
+  double frameRate = 0;             ///< images per second, 0: not known [Hz]
+  double fastestRate = 0;           ///< by the shortest time between two images, 0: not known [Hz]
+  double rowPeriod_s = 0;           ///< nominal period of the odometry; 0: not known
+  std::size_t odometryRows = 1024;  ///< kept
+
+  static ObservedSource of(const Sequence& sequence);
+};
+
+}  // namespace depthservo

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+
+#include "depthservo/rig/Rig.h"
+#include "depthservo/rig/SimulatedRigOptions.h"
+
+namespace depthservo {
+
+/// A simulated robot before its target, through synthetic images or exact projection. Its images
+/// may be jittered, late, or lost on their way; its odometry as bad as the options say.
+class SimulatedRig : public Rig {
+ public:
+  /// \param place of the options, for messages
+  explicit SimulatedRig(const SimulatedRigOptions& options, std::string place = "");
+  ~SimulatedRig() override;
+
+  const ObservedSource& source() const override;
+  std::optional<Exposure> next(Listener* listener) override;
+  void readOdometry(MotionBuffer& odometry, double time_s) override;
+  const std::vector<OdometryRow>& odometry() const override;
+  void command(const Eigen::VectorXd& velocities) override;
+  const RobotModel* robot() const override;
+  void describe(FrameRecord& frame) const override;
+  double time() const override;
+  bool isTargetMoving() const override;
+  std::string whyEnded() const override;
+
+  std::vector<TruePoint> truth() const;  ///< of the points now
+  std::vector<TruePoint> truthAtGoal()
+      const;                       ///< seen from robot.goal, which the options must have
+  Eigen::Isometry3d cdMo() const;  ///< pose of the target in the camera there
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace depthservo

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "depthservo/camera/PinholeCamera.h"
+#include "depthservo/motion/OdometryNoise.h"
+#include "depthservo/robots/RobotOptions.h"
+#include "depthservo/target/TargetOptions.h"
+
+namespace depthservo {
+
+/// The camera of a simulated robot and its clock.
+struct CameraOptions {
+  int width = 640, height = 480;    ///< [px]
+  double fx = 600, fy = 600;        ///< [px]
+  double cx = 319.5, cy = 239.5;    ///< [px]
+  std::vector<double> rate = {30};  ///< images per second, taken in turn [Hz]
+  double jitter = 0;                ///< greatest change of an interval, as a fraction of it [-]
+  double dropped = 0;               ///< probability that an image gets lost [-]
+  double focal_error =
+      0;  ///< true / given focal length - 1; simulated error; the estimator is not informed [-]
+  double focal_sigma = 0;  ///< 1 sigma of it told to the estimator [-]
+
+  /// As given, to the estimator and the control law.
+  PinholeCamera pinhole() const { return {width, height, fx, fy, cx, cy}; }
+  /// As it really is.
+  PinholeCamera truePinhole() const {
+    return {width, height, fx * (1 + focal_error), fy * (1 + focal_error), cx, cy};
+  }
+
+  /// Images per second over the longest interval, if none is dropped [Hz].
+  double slowest() const { return *std::min_element(rate.begin(), rate.end()) / (1 + jitter); }
+};
+
+/// Points from rendered images, or projected.
+enum class SensingSource { geometry, image };
+
+/// Points that are not seen for a while.
+struct HiddenPeriod {
+  double from = 0, to = 0;  ///< [s], from < to
+  std::vector<int> points;  ///< indices; empty: all
+
+  bool covers(double time_s, int point) const;
+};
+
+/// What becomes of an image or of its points on the way to the estimator.
+struct SensingOptions {
+  SensingSource source = SensingSource::image;
+  TargetKind tracker = TargetKind::dots;  ///< as target.type
+  double pixel_noise = 0;                 ///< 1 sigma per axis of every measured position [px]
+  std::optional<double>
+      assumed_noise;  ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
+  std::vector<HiddenPeriod> hidden;
+  double outliers = 0;  ///< fraction of measurements that are wrong [-]
+  double delay = 0;     ///< age of an image when it arrives [s]
+  double latency =
+      0;  ///< images are stamped so late; simulated error; the estimator is not informed [s]
+  double gray_noise = 0;       ///< 1 sigma [gray levels]
+  double exposure = 0;         ///< motion blur lasts this long [s]
+  double vignetting = 0;       ///< fraction of light lost in the corners [-]
+  bool light_on_dark = false;  ///< dots lighter than the plate
+
+  /// assumed_noise if given, else max(pixel_noise, 0.1) [px].
+  double assumedNoise_px() const;
+};
+
+/// How the robot measures its own motion.
+struct OdometryOptions {
+  double scale = 1;                                 ///< measured / true linear velocity [-]
+  double scale_sigma = 0;                           ///< 1 sigma of it told to the estimator [-]
+  Eigen::Vector2d noise = Eigen::Vector2d::Zero();  ///< 1 sigma per row [m/s, rad/s]
+  /// Added to the angular velocity in the camera frame; simulated error; the estimator is not
+  /// informed [rad/s]
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
+  double rate = 30;  ///< rows per second [Hz]
+  OdometryMode mode = OdometryMode::measured;
+  double ticks = 0;          ///< resolution of the wheel encoders [m]; 0: perfect
+  double wheel_base = 0.36;  ///< distance between the wheels [m]
+
+  /// What the estimator is told of it.
+  OdometryNoise declaredNoise() const;
+};
+
+/// A simulated robot before its target: what is true, and what is told of it.
+///
+/// World frame: z up, x and y on the floor.
+struct SimulatedRigOptions {
+  unsigned seed = 1;
+  double duration = 30;  ///< [s]
+  CameraOptions camera;
+  TargetOptions target;
+  RobotOptions robot;
+  SensingOptions sensing;
+  OdometryOptions odometry;
+};
+
+}  // namespace depthservo

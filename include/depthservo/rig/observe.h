@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+
+#include "depthservo/observation/Observer.h"
+#include "depthservo/rig/Rig.h"
+
+namespace depthservo {
+
+/// What a run shows, image by image, to whoever watches it: a window, a recorder, a progress bar.
+struct RunFrame {
+  const FrameRecord& record;
+  const Exposure& exposure;
+  const RunLog& log;  ///< up to and including this frame, or its last part
+  const Rig& rig;
+};
+
+class RunWatcher {
+ public:
+  virtual ~RunWatcher() = default;
+  /// False: stop here.
+  virtual bool onFrame(const RunFrame& frame) = 0;
+};
+
+/// What of a run stays in memory.
+enum class Keep {
+  everything,
+  theLastFrames,  ///< and no images: for runs without end
+};
+
+/// Adds one image to the log.
+void append(RunLog& log, FrameRecord frame, const Exposure& exposure, Keep keep);
+
+/// Adds what the rig and the observer have to say.
+void takeEvents(RunLog& log, Rig& rig, Observer& observer);
+
+/// Observes all images of a rig, with no robot that is commanded. \param watcher may be null
+RunLog observe(Rig& rig, Observer& observer, RunWatcher* watcher = nullptr,
+               Keep keep = Keep::everything);
+
+}  // namespace depthservo

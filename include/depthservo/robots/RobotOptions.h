@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "depthservo/motion/RpyPose.h"
+
+namespace depthservo {
+
+/// Robots that carry the camera: unicycle | pan-unicycle | omni | mobile-manipulator | free.
+enum class RobotKind { unicycle, panUnicycle, omni, mobileManipulator, free };
+
+/// Where a robot is.
+struct RobotPose {
+  double x = 0, y = 0;                               ///< on the floor [m]
+  double theta = 0;                                  ///< [rad], from world x towards y
+  double pan = 0;                                    ///< of the pan platform [rad]
+  Eigen::Vector3d joints = Eigen::Vector3d::Zero();  ///< q1, q2, q3 of the arm [rad]
+  RpyPose camera;                                       ///< of a free camera, wMc
+};
+
+struct RobotLimits {
+  double v = 0.5;                        ///< [m/s]
+  double w = 1;                          ///< [rad/s]
+  double dv = 1;                         ///< [m/s^2]
+  double dw = 2;                         ///< [rad/s^2]
+  double pan = 1;                        ///< rate of the pan platform [rad/s]
+  double pan_min = -3.2, pan_max = 3.2;  ///< its end stops [rad]
+  double joints = 1;                     ///< rate of each joint of the arm [rad/s]
+};
+
+/// Of a mobile manipulator; the camera at its tip looks along the forearm.
+struct ArmOptions {
+  Eigen::Vector3d mount{0.1, 0, 0.2};                    ///< foot of the column, robot frame [m]
+  double column = 0.3, upper_arm = 0.35, forearm = 0.3;  ///< lengths [m]
+};
+
+struct RobotOptions {
+  RobotKind type = RobotKind::unicycle;
+  Eigen::Vector3d camera_offset = Eigen::Vector3d::Zero();  ///< robot frame: x forward, z up [m]
+  double camera_yaw = 0;                                    ///< optical axis, about robot z [rad]
+  double pan_axis = 0.1;  ///< of the pan platform, ahead of the wheel axle [m]
+  ArmOptions arm;
+  RobotPose initial;
+  std::optional<RobotPose> goal;  ///< this or control.desired
+  RobotLimits limits;
+  double lag = 0;  ///< time constant of the drives [s]; 0: none
+};
+
+}  // namespace depthservo

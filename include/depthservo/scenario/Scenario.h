@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "depthservo/observation/EstimatorOptions.h"
+#include "depthservo/observation/RunLog.h"
+#include "depthservo/rig/SimulatedRigOptions.h"
+#include "depthservo/servo/ServoOptions.h"
+
+namespace depthservo {
+
+/// Everything a closed-loop run needs: the options of each room. A member is the YAML key of the
+/// same name, with its default; units, ranges and effects of all keys stand in doc/formats.md.
+struct Scenario : SimulatedRigOptions {
+  struct Expect {
+    Outcome outcome = Outcome::converged;  ///< what the run must end with
+  };
+
+  std::string file;  ///< where it was read; not a key
+  std::string name;
+  EstimatorOptions depth;
+  ControlOptions control;
+  std::optional<Expect> expect;  ///< makes the run a regression test
+
+  /// Reads a scenario. \param overrides "key.path=value" each, applied in order; the value is YAML,
+  /// and `null` removes the key. Throws InputError.
+  static Scenario load(const std::string& path, const std::vector<std::string>& overrides = {});
+
+  /// The effective configuration with all defaults: one JSON object, always in the same order.
+  std::string toJson() const;
+
+  /// Every key there is, as "section.key".
+  static std::vector<std::string> keys();
+};
+
+}  // namespace depthservo

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "depthservo/motion/RpyPose.h"
+#include "depthservo/motion/VelocityProfile.h"
+#include "depthservo/target/AprilTagTarget.h"
+#include "depthservo/target/DotTarget.h"
+
+namespace depthservo {
+
+/// What the camera looks at, and how it is tracked: dots | apriltag.
+enum class TargetKind { dots, apriltag };
+
+/// An AprilTag on the target.
+struct TagOptions {
+  int id = 0;
+  double size = 0.16;                  ///< side of the square between the corners, as it is [m]
+  std::optional<double> assumed_size;  ///< as the user believes [m]; none: unknown
+  RpyPose pose;                           ///< in the object frame
+};
+
+struct TargetOptions {
+  TargetKind type = TargetKind::dots;
+  /// Centres of the dots, or the corners of the tags (not read then, but worked out) [m], object
+  /// frame.
+  std::vector<Eigen::Vector3d> points;
+  double radius = 0.02;          ///< of the dots [m]
+  std::string family = "36h11";  ///< of the tags
+  std::vector<TagOptions> tags;
+  /// wMo. The default faces the -x direction of the world: object x is world -y, y is world -z
+  /// and z is world x.
+  RpyPose pose{{0, 0, 0.13}, {-1.5707963267948966, 0, -1.5707963267948966}};
+  VelocityProfile twist;  ///< of the target in its own frame; empty: it stands still
+
+  /// What is known of the points: of tags only if their sizes are assumed.
+  DotTarget dots() const;
+  AprilTagTarget trueTags() const;     ///< with the sizes that they have
+  AprilTagTarget assumedTags() const;  ///< with the sizes that are assumed
+};
+
+}  // namespace depthservo

@@ -1,0 +1,32 @@
+#include "depthservo/observation/EstimatorOptions.h"
+
+#include "observation/estimatorWords.h"
+
+namespace depthservo {
+
+const std::vector<detail::Choice<EstimatorKind>>& estimatorWords() {
+  static const std::vector<detail::Choice<EstimatorKind>> all = {
+      {EstimatorKind::constant, "constant"},  {EstimatorKind::trueDepth, "true"},
+      {EstimatorKind::twoFrame, "two-frame"}, {EstimatorKind::nonlinear, "nonlinear"},
+      {EstimatorKind::window, "window"},      {EstimatorKind::filter, "filter"},
+      {EstimatorKind::joint, "joint"},        {EstimatorKind::pose, "pose"},
+  };
+  return all;
+}
+
+const char* toString(EstimatorKind kind) { return detail::wordOf(estimatorWords(), kind); }
+
+EstimatorKind estimatorNamed(const std::string& name, const InputError::Place& place) {
+  if (const auto kind = detail::valueOf(estimatorWords(), name)) return *kind;
+  throw InputError(place, detail::unknownWord(name, detail::wordsOf(estimatorWords())));
+}
+
+ObserverGains ObserverGainOptions::observer() const {
+  if (!k || !k_3) return ObserverGains::scheduled(settling, W_min);
+  ObserverGains gains;
+  gains.k = *k;
+  gains.k_3 = *k_3;
+  return gains;
+}
+
+}  // namespace depthservo

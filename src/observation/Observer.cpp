@@ -1,0 +1,282 @@
+#include "depthservo/observation/Observer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "depthservo/tracking/TargetPose.h"
+#include "observation/FrameRateMonitor.h"
+#include "observation/ObserverSetup.h"
+#include "observation/SelfDiagnosis.h"
+#include "observation/Stopwatch.h"
+#include "observation/TagSizeMonitor.h"
+#include "observation/expectedPoints.h"
+#include "observation/featureRecord.h"
+
+namespace depthservo {
+namespace {
+
+/// A point is given up after four rejections in a row; or, since the filters start a young point
+/// anew after two, after a dozen images of which every other one is rejected.
+constexpr int kRejection = 2, kMostRejections = 8;
+
+/// Sigma of a depth that is told [m]: as good as exact.
+constexpr double kToldSigma_Z = 1e-6;
+
+}  // namespace
+
+struct Observer::Parts {
+  explicit Parts(ObserverSetup s)
+      : setup(std::move(s)),
+        estimator(makeEstimator(setup.estimator,
+                                setup.findsPoints() ? setup.capacity : setup.ids.size())),
+        frameRate(setup.estimator),
+        odometry(setup.odometryRows, setup.rowPeriod_s) {
+    if (setup.followed) {
+      targetPose.emplace(*setup.followed, setup.camera);
+    } else if (!setup.findsPoints() && setup.estimator.depth.estimator != EstimatorKind::pose) {
+      diagnosis.emplace(setup.ids.size(), setup.declaredNoise,
+                        setup.pixelNoise_px / setup.camera.focal_px(), setup.prior,
+                        setup.estimator.depth.range(), jointStatesOf(*estimator));
+    }
+    if (setup.tags) tags.emplace(*setup.tags, setup.camera);
+    for (const int id : setup.ids) estimator->setPrior(id, setup.prior);
+    observations.reserve(std::max(setup.capacity, setup.ids.size()));
+  }
+
+  void note(double time_s, std::string what) { events.push_back({time_s, std::move(what)}); }
+
+  std::vector<TrackedPoint> track(const Exposure& exposure);
+  std::optional<TargetPose::Result> followTarget(double time_s,
+                                                 const std::vector<TrackedPoint>& points);
+  void renewPoints(const std::vector<TrackedPoint>& points);
+  void observe(const std::vector<TrackedPoint>& points);
+  void correct(const Exposure& exposure);
+  void giveUpMovingPoints();
+  void watch(double time_s, const std::vector<TrackedPoint>& points);
+  void noteCoverage(double time_s, Coverage coverage);
+  FeatureRecord record(int id, DepthEstimate estimate, const Exposure& exposure,
+                       const std::vector<TrackedPoint>& points) const;
+  void setTruth(FeatureRecord& feature, const Exposure& exposure) const;
+  void noteHidden(double time_s, const FeatureRecord& feature);
+
+  ObserverSetup setup;
+  std::unique_ptr<PointSetEstimator> estimator;
+  FrameRateMonitor frameRate;
+  std::optional<SelfDiagnosis> diagnosis;  // none where images would be judged by themselves, nor
+                                           // of a known target, which may move
+  std::optional<TagSizeMonitor> tags;
+  std::map<int, int> rejections;  // by id, weighted, less those accepted
+  std::map<int, bool> wasMeasured;
+  std::vector<double> trackingTimes, estimationTimes;  // by image [s]
+  std::optional<TargetPose> targetPose;
+  std::optional<TargetPose::Result> pose;  // of the followed target in this image
+  std::optional<CameraPose> lastPose;
+  MotionBuffer odometry;
+  std::vector<OdometryRow> rowsByTarget;
+  std::vector<PointObservation> observations;
+  Coverage coverage = Coverage::complete;
+  double lastTime_s = kUnknown;
+  std::vector<Event> events;
+};
+
+Observer::Observer(const ObservedSource& source, const ObservationOptions& options)
+    : parts_(std::make_unique<Parts>(ObserverSetup::of(source, options))) {}
+
+Observer::~Observer() = default;
+
+MotionBuffer& Observer::odometry() { return parts_->odometry; }
+const PointSetEstimator& Observer::estimator() const { return *parts_->estimator; }
+const std::vector<PointObservation>& Observer::measured() const { return parts_->observations; }
+const std::vector<int>& Observer::ids() const { return parts_->setup.ids; }
+std::vector<Event> Observer::takeEvents() { return std::exchange(parts_->events, {}); }
+
+FrameRecord Observer::observe(const Exposure& exposure) {
+  Parts& p = *parts_;
+  const double time_s = exposure.time_s;
+  Stopwatch stopwatch;
+  std::vector<TrackedPoint> points = p.track(exposure);
+  p.trackingTimes.push_back(stopwatch.lap());
+  if (p.setup.findsPoints()) p.renewPoints(points);
+  p.pose = p.followTarget(time_s, points);
+  const Coverage coverage = p.estimator->advance(p.odometry, time_s);
+  p.noteCoverage(time_s, coverage);
+  const bool isUsed =
+      exposure.isMotionKnown && coverage != Coverage::afterEnd && coverage != Coverage::reversed;
+  if (!isUsed) points.clear();
+  p.observe(points);
+  if (isUsed) p.correct(exposure);
+  if (p.setup.findsPoints()) p.giveUpMovingPoints();
+  p.estimationTimes.push_back(stopwatch.lap());
+  if (isUsed) p.watch(time_s, points);
+
+  FrameRecord frame;
+  frame.time_s = time_s;
+  for (const int id : p.setup.ids) {
+    DepthEstimate estimate = p.estimator->estimate(id);
+    if (estimate.status == DepthStatus::unset) continue;
+    if (!isUsed && estimate.status != DepthStatus::lost) estimate.status = DepthStatus::coasting;
+    frame.features.push_back(p.record(id, estimate, exposure, points));
+    p.noteHidden(time_s, frame.features.back());
+  }
+  const auto [motion, known] = p.odometry.motion(p.lastTime_s, time_s);
+  if (known == Coverage::complete) frame.twist = motion.twist();
+  p.lastTime_s = time_s;
+  return frame;
+}
+
+/// Points with the noise that the estimator is told.
+std::vector<TrackedPoint> Observer::Parts::track(const Exposure& exposure) {
+  std::vector<TrackedPoint> points = exposure.points;
+  if (setup.tracker) {
+    points = setup.tracker->track(exposure.image, expectedPoints(*estimator, setup.ids, odometry,
+                                                                 exposure.time_s, setup.camera));
+  }
+  if (!setup.takesTrackersNoise) {
+    for (TrackedPoint& point : points) point.sigma_px = setup.pixelNoise_px;
+  }
+  return points;
+}
+
+/// The target's pose in this image says how the camera has moved since the last.
+std::optional<TargetPose::Result> Observer::Parts::followTarget(
+    double time_s, const std::vector<TrackedPoint>& points) {
+  if (!targetPose) return std::nullopt;
+  const std::optional<TargetPose::Result> found = targetPose->compute(points);
+  if (!found) return std::nullopt;
+  const CameraPose now{time_s, found->cMo.inverse()};
+  if (lastPose) {
+    const double dt = now.time_s - lastPose->time_s;
+    const OdometryRow row{lastPose->time_s, Motion::fromPoses(lastPose->wMc, now.wMc, dt).twist()};
+    odometry.push(row.time_s, row.twist);
+    rowsByTarget.push_back(row);
+    odometry.holdUntil(now.time_s);
+  }
+  lastPose = now;
+  return found;
+}
+
+/// In normalised coordinates.
+void Observer::Parts::observe(const std::vector<TrackedPoint>& points) {
+  observations.clear();
+  for (const TrackedPoint& point : points) {
+    const Eigen::Vector2d s = setup.camera.normalise(point.u, point.v);
+    const double sigma = point.sigma_px / setup.camera.focal_px(s.x(), s.y());
+    observations.push_back({point.id, {s.x(), s.y(), sigma}});
+  }
+}
+
+void Observer::Parts::correct(const Exposure& exposure) {
+  estimator->correct(observations);
+  if (setup.estimator.depth.estimator != EstimatorKind::trueDepth) return;
+  for (const TruePoint& point : exposure.truth) {
+    const DepthPrior told{point.Z, kToldSigma_Z / (point.Z * point.Z)};
+    if (told.isUsable()) estimator->correctDepth(point.id, told);
+  }
+}
+
+/// What the monitors have to say of this image.
+void Observer::Parts::watch(double time_s, const std::vector<TrackedPoint>& points) {
+  if (diagnosis) {
+    if (const auto news = diagnosis->see(time_s, odometry, observations)) note(time_s, *news);
+  }
+  if (tags) {
+    for (std::string& news : tags->compare(points, *estimator)) note(time_s, std::move(news));
+  }
+  if (const auto news = frameRate.watch(*estimator)) note(time_s, *news);
+}
+
+/// A point where it was found or, when it was not, where it is believed to be.
+FeatureRecord Observer::Parts::record(int id, DepthEstimate estimate, const Exposure& exposure,
+                                      const std::vector<TrackedPoint>& points) const {
+  if (diagnosis) estimate = diagnosis->honest(estimate);
+  FeatureRecord feature =
+      featureRecord(id, estimate, points, setup.camera, diagnosis ? &*diagnosis : nullptr);
+  setTruth(feature, exposure);
+  return feature;
+}
+
+void Observer::Parts::setTruth(FeatureRecord& feature, const Exposure& exposure) const {
+  for (const TruePoint& truth : exposure.truth) {
+    if (truth.id != feature.id) continue;
+    feature.Z_true = truth.Z;
+    feature.u_true = truth.u;
+    feature.v_true = truth.v;
+    return;
+  }
+  if (exposure.depth && feature.measured) {
+    if (const auto Z = exposure.depth->at(feature.u, feature.v)) {
+      feature.Z_true = *Z;
+      return;
+    }
+  }
+  const bool hasTruth = exposure.depth || !exposure.truth.empty();
+  if (tags && !hasTruth) {
+    feature.Z_true = tags->depthByPose(feature.id);
+  } else if (pose && feature.id >= 0) {
+    const auto index = static_cast<std::size_t>(feature.id);
+    const auto& target = setup.followed->points;
+    if (index < target.size()) feature.Z_true = (pose->cMo * target[index]).z();
+  }
+}
+
+/// Of the points of a target; those that a tracker chooses come and go.
+void Observer::Parts::noteHidden(double time_s, const FeatureRecord& feature) {
+  if (setup.findsPoints()) return;
+  const auto [was, isNew] = wasMeasured.emplace(feature.id, feature.measured);
+  if (isNew || was->second == feature.measured) return;
+  was->second = feature.measured;
+  note(time_s,
+       fmt::format("{} {} {}", setup.noun, feature.id, feature.measured ? "seen again" : "hidden"));
+}
+
+/// Points that the tracker has found, or will not give again; ids stay ascending.
+void Observer::Parts::renewPoints(const std::vector<TrackedPoint>& points) {
+  std::vector<int>& ids = setup.ids;
+  for (const int id : setup.tracker->retired()) {
+    estimator->retire(id);
+    rejections.erase(id);
+    const auto place = std::lower_bound(ids.begin(), ids.end(), id);
+    if (place != ids.end() && *place == id) ids.erase(place);
+  }
+  for (const TrackedPoint& point : points) {
+    const auto place = std::lower_bound(ids.begin(), ids.end(), point.id);
+    if (place != ids.end() && *place == point.id) continue;
+    if (estimator->setPrior(point.id, setup.prior)) ids.insert(place, point.id);
+  }
+}
+
+/// A point whose measurements go on contradicting the camera's motion moves by itself, or is the
+/// seam of two things at different depths.
+void Observer::Parts::giveUpMovingPoints() {
+  for (const int id : setup.ids) {
+    const bool isRejected = estimator->estimate(id).status == DepthStatus::rejected;
+    int& count = rejections[id];
+    count = isRejected ? count + kRejection : std::max(0, count - 1);
+    if (count < kMostRejections) continue;
+    setup.tracker->giveUp(id);
+    rejections.erase(id);
+  }
+}
+
+void Observer::Parts::noteCoverage(double time_s, Coverage now) {
+  if (now == coverage) return;
+  coverage = now;
+  note(time_s, now == Coverage::complete ? std::string("odometry covers the images again")
+                                         : fmt::format("odometry: {}", toString(now)));
+}
+
+void Observer::finish(RunLog& log) {
+  Parts& p = *parts_;
+  if (p.targetPose) log.odometry = std::move(p.rowsByTarget);
+  if (p.diagnosis) log.diagnosis = p.diagnosis->result();
+  log.joint = jointStatesOf(*p.estimator);
+  log.frameRate = p.frameRate.report();
+  if (p.tags) log.tags = p.tags->results();
+  log.timings.emplace_back("tracking", std::move(p.trackingTimes));
+  log.timings.emplace_back("estimation", std::move(p.estimationTimes));
+}
+
+}  // namespace depthservo

@@ -1,0 +1,109 @@
+#include "depthservo/observation/RunLog.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace depthservo {
+
+const char* toString(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::converged:
+      return "converged";
+    case Outcome::stalled:
+      return "stalled";
+    case Outcome::leftImage:
+      return "left-image";
+    case Outcome::lost:
+      return "lost";
+    case Outcome::diverged:
+      return "diverged";
+    case Outcome::collision:
+      return "collision";
+    case Outcome::timeout:
+      return "timeout";
+  }
+  return "";
+}
+
+std::string RunDiagnosis::message() const {
+  return latest.message() + (isCompensated ? "; the joint filter takes it into account" : "");
+}
+
+bool JointStates::estimates(ConsistencyMonitor::Cause cause) const {
+  switch (cause) {
+    case ConsistencyMonitor::Cause::latency:
+      return timeOffset.isEstimated;
+    case ConsistencyMonitor::Cause::gyroBias:
+      return gyroBias[0].isEstimated;
+    case ConsistencyMonitor::Cause::focalLength:
+      return focal.isEstimated;
+    default:
+      return false;
+  }
+}
+
+std::vector<std::string> JointStates::sentences(double focal_px) const {
+  std::vector<std::string> all;
+  if (timeOffset.isEstimated) {
+    all.push_back(timeOffset.isObserved
+                      ? fmt::format("images are {:.1f} +- {:.1f} ms late against the odometry",
+                                    1e3 * timeOffset.value, 2e3 * timeOffset.sigma)
+                      : "how late the images are is not known: the velocity changes too little");
+  }
+  if (gyroBias[0].isEstimated) {
+    std::string bias, unknown;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::string axis(1, "xyz"[i]);
+      if (gyroBias[i].isObserved) {
+        bias += fmt::format("{}{} {:.4f} +- {:.4f}", bias.empty() ? "" : ", ", axis,
+                            gyroBias[i].value, 2 * gyroBias[i].sigma);
+      } else {
+        unknown += (unknown.empty() ? "" : ", ") + axis;
+      }
+    }
+    if (!bias.empty()) all.push_back("gyro bias [rad/s]: " + bias);
+    if (!unknown.empty()) {
+      all.push_back("gyro bias about " + unknown + " is not known: this motion does not show it");
+    }
+  }
+  if (focal.isEstimated) {
+    all.push_back(focal.isObserved
+                      ? fmt::format("focal length {:.2f} +- {:.2f} px, {:+.2f} % of the given one",
+                                    focal.value * focal_px, 2 * focal.sigma * focal_px,
+                                    100 * (focal.value - 1))
+                      : fmt::format("focal length is not known: this motion does not show it "
+                                    "(+- {:.1f} %); turn about two axes while moving sideways",
+                                    200 * focal.sigma));
+  }
+  return all;
+}
+
+double meanImageError(const RunLog& log, double from_s, double to_s) {
+  constexpr double kTimeSlack_s = 1e-6;
+  struct Sum {
+    Eigen::Vector2d error = Eigen::Vector2d::Zero();
+    int count = 0;
+  };
+  std::vector<Sum> sums(log.goals.size());
+  for (auto frame = log.frames.rbegin();
+       frame != log.frames.rend() && frame->time_s >= from_s - kTimeSlack_s; ++frame) {
+    if (frame->time_s > to_s + kTimeSlack_s) continue;
+    for (const FeatureRecord& feature : frame->features) {
+      const auto i = static_cast<std::size_t>(feature.id);
+      if (feature.id < 0 || i >= sums.size()) continue;
+      sums[i].error += Eigen::Vector2d(feature.u, feature.v) - log.goals[i];
+      ++sums[i].count;
+    }
+  }
+  double squared = 0;
+  int features = 0;
+  for (const Sum& sum : sums) {
+    if (sum.count == 0) continue;
+    squared += (sum.error / sum.count).squaredNorm();
+    ++features;
+  }
+  return features > 0 ? std::sqrt(squared / features) : kUnknown;
+}
+
+}  // namespace depthservo

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "depthservo/depth/ConsistencyMonitor.h"
+#include "depthservo/motion/MotionBuffer.h"
+#include "depthservo/observation/RunLog.h"
+
+namespace depthservo {
+
+/// Watches a run or a replay: whether images and odometry agree with what was declared of them, and
+/// when each depth will be known.
+class SelfDiagnosis {
+ public:
+  /// \param sigma of a measurement, normalised [-]
+  /// \param joint of the joint filter: what it learns does no harm to its depths
+  SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry, double sigma,
+                const DepthPrior& prior, const DepthRange& range,
+                const std::optional<JointStates>& joint);
+
+  /// Takes the points of an image. Returns what there is to say for the first time.
+  std::optional<std::string> see(double time_s, const MotionBuffer& odometry,
+                                 const std::vector<PointObservation>& observations);
+
+  /// The estimate with its variance inflated by mean NIS / 2 while innovations are larger than
+  /// declared.
+  DepthEstimate honest(DepthEstimate estimate) const;
+
+  /// More images like the last until sigma_Z is below 5 % of Z; 0: it is; infinite: never.
+  double framesTo5Percent(const DepthEstimate& estimate) const;
+
+  /// On the whole: the cause that was named longest.
+  RunDiagnosis result() const;
+
+ private:
+  OdometryNoise odometry_;
+  double sigma_;
+  std::optional<JointStates> joint_;
+  ConsistencyMonitor monitor_;
+  Motion motion_;  // since the last image
+  double time_s_ = kUnknown;
+  std::vector<RunDiagnosis> named_;  // by cause
+  double varianceFactor() const;
+
+  double varianceFactor_ = 1;  // greatest
+};
+
+}  // namespace depthservo

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <vector>
+
+#include "depthservo/observation/EstimatorOptions.h"
+#include "text/Names.h"
+
+namespace depthservo {
+
+const std::vector<detail::Choice<EstimatorKind>>& estimatorWords();
+
+}  // namespace depthservo

@@ -1,0 +1,109 @@
+#include "observation/makeTracker.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "depthservo/tracking/AprilTagTracker.h"
+#include "depthservo/tracking/DotTracker.h"
+#include "depthservo/tracking/KltTracker.h"
+
+namespace depthservo {
+namespace {
+
+[[noreturn]] void refuse(const ObservedSource& source, const std::string& message) {
+  throw InputError({source.place, 0, ""}, message);
+}
+
+bool hasDots(const SequenceTarget& seen) {
+  constexpr std::size_t kPattern = 4;  // dots that can be told apart
+  return !seen.tags && (!seen.dots.empty() || seen.target.points.size() >= kPattern);
+}
+
+}  // namespace
+
+TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted) {
+  const SequenceTarget& seen = source.target;
+  if (wanted == TrackerKind::automatic) {
+    wanted = !source.hasImages ? TrackerKind::tracks
+             : seen.tags       ? TrackerKind::apriltag
+             : hasDots(seen)   ? TrackerKind::dots
+                               : TrackerKind::klt;
+  }
+  if (wanted == TrackerKind::tracks) {
+    if (source.ids.empty()) {
+      refuse(source, source.hasImages
+                         ? "no tracks.csv: --tracker tracks is for points measured elsewhere"
+                         : "no tracks.csv and no images: there are no points to observe");
+    }
+    return wanted;
+  }
+  if (!source.hasImages) {
+    refuse(source, fmt::format("--tracker {} needs images (rgb.txt)", nameOf(wanted)));
+  }
+  if (wanted == TrackerKind::dots && !hasDots(seen)) {
+    refuse(source,
+           "no dots to track: give their start positions as 'dots: [[u, v], ...]' or a 'target' of "
+           "at least four points in sequence.yaml (live: --target FILE); natural corners need "
+           "neither: --tracker klt");
+  }
+  return wanted;
+}
+
+const char* nameOf(TrackerKind tracker) {
+  switch (tracker) {
+    case TrackerKind::apriltag:
+      return "apriltag";
+    case TrackerKind::klt:
+      return "klt";
+    case TrackerKind::tracks:
+      return "tracks";
+    default:
+      return "dots";
+  }
+}
+
+bool measuresNoise(TrackerKind tracker) {
+  return tracker == TrackerKind::apriltag || tracker == TrackerKind::klt;
+}
+
+bool findsPoints(const SequenceTarget& seen, TrackerKind tracker) {
+  return tracker == TrackerKind::klt || (tracker == TrackerKind::apriltag && !seen.tags);
+}
+
+AprilTagTarget tagsOf(const SequenceTarget& seen, const ObservationOptions& options) {
+  if (seen.tags) return *seen.tags;
+  AprilTagTarget all{options.tagFamily, {}};
+  for (int id = 0; id < aprilTagCount(options.tagFamily); ++id) {
+    all.tags.push_back({id, {}, Eigen::Isometry3d::Identity()});
+  }
+  return all;
+}
+
+std::unique_ptr<PointTracker> makeTracker(const SequenceTarget& seen, TrackerKind tracker,
+                                          const ObservationOptions& options) {
+  if (tracker == TrackerKind::tracks) return nullptr;
+  if (tracker == TrackerKind::klt) {
+    KltTrackerOptions klt;
+    klt.points = options.corners;
+    return std::make_unique<KltTracker>(klt);
+  }
+  if (tracker == TrackerKind::apriltag) {
+    return std::make_unique<AprilTagTracker>(tagsOf(seen, options));
+  }
+  if (seen.dots.empty()) return std::make_unique<DotTracker>(seen.target);
+  std::vector<Eigen::Vector2d> starts;
+  for (const PixelPoint& dot : seen.dots) starts.emplace_back(dot.u, dot.v);
+  return std::make_unique<DotTracker>(starts);
+}
+
+std::vector<int> idsOf(const SequenceTarget& seen, TrackerKind tracker) {
+  const std::size_t count = tracker == TrackerKind::apriltag ? 4 * seen.tags->tags.size()
+                            : seen.dots.empty()              ? seen.target.points.size()
+                                                             : seen.dots.size();
+  std::vector<int> ids;
+  for (std::size_t i = 0; i < count; ++i) ids.push_back(static_cast<int>(i));
+  return ids;
+}
+
+}  // namespace depthservo

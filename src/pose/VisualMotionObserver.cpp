@@ -1,0 +1,503 @@
+#include "depthservo/pose/VisualMotionObserver.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace depthservo {
+namespace {
+
+constexpr std::size_t kFewestPoints = 4;
+
+/// Reciprocal condition of the image Jacobian (translation over distance, rotation times size)
+/// below which its rank counts as less than six.
+constexpr double kLeastReciprocalCondition = 1e-5;
+
+/// The iterated method: steps, change [m, rad] at which it has converged, longest turn in a step.
+constexpr int kIterations = 10;
+constexpr double kConverged = 1e-10;
+constexpr double kUnchanged = 1e-6;  // relative to the distance: rounding, not divergence
+constexpr double kLongestTurn_rad = 1;
+
+/// rms image error (normalised) of a pose that still explains the points, or so many sigma.
+constexpr double kLargestResidual = 0.02;
+constexpr double kResidualSigmas = 5;
+
+/// Images in a row that may contradict the estimate before it is given up.
+constexpr int kRefusalsInARow = 5;
+
+/// Position uncertainty of a hidden point (normalised) at which it is lost.
+constexpr double kLostSigma = 0.1;
+
+/// Largest image coordinate (normalised) that a camera can see.
+constexpr double kLargestTangent = 1e6;
+
+/// Farthest target [m] that still counts as an estimate.
+constexpr double kFarthest = 1e9;
+
+constexpr int kMostCouplingSteps = 1000;
+
+double squared(double x) { return x * x; }
+
+bool isPose(const Eigen::Isometry3d& g) {
+  if (!g.matrix().allFinite() || !(g.translation().norm() < kFarthest)) return false;
+  const Eigen::Matrix3d R = g.linear();
+  return (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-6 &&
+         R.determinant() > 0;
+}
+
+/// One Newton step towards the nearest rotation: squares the rounding error.
+void orthonormalise(Eigen::Isometry3d& g) {
+  const Eigen::Matrix3d R = g.linear();
+  g.linear() = 1.5 * R - 0.5 * R * (R.transpose() * R);
+}
+
+Eigen::Isometry3d pose(const Motion& motion) {
+  Eigen::Isometry3d g;
+  g.linear() = motion.R;
+  g.translation() = motion.t;
+  g.makeAffine();
+  return g;
+}
+
+/// exp(u h).
+Eigen::Isometry3d exponential(const Vector6d& u, double h) {
+  return pose(Motion::fromTwist({u.head<3>(), u.tail<3>()}, -h));
+}
+
+/// Angle of the rotation [rad], 0 to pi.
+double angleOf(const Eigen::Isometry3d& g) {
+  return std::atan2(poseError(g).tail<3>().norm(), 0.5 * (g.linear().trace() - 1));
+}
+
+/// The derivative of gradient . (position of p in the camera) by the pose error: gradient in
+/// target axes, p in the target.
+Vector6d byPoseError(const Eigen::Vector3d& gradient, const Eigen::Vector3d& p) {
+  Vector6d J;
+  J << gradient, p.cross(gradient);
+  return J;
+}
+
+}  // namespace
+
+const char* toString(ImageVerdict verdict) {
+  switch (verdict) {
+    case ImageVerdict::none:
+      return "no image yet";
+    case ImageVerdict::accepted:
+      return "accepted";
+    case ImageVerdict::tooFewPoints:
+      return "fewer than four points of the target";
+    case ImageVerdict::behindCamera:
+      return "target behind or too near to the camera";
+    case ImageVerdict::degenerate:
+      return "points in a line, or in a plane with the camera";
+    case ImageVerdict::rotationTooLarge:
+      return "turned too far from the estimate";
+    case ImageVerdict::inconsistent:
+      return "no pose near the estimate explains the points";
+  }
+  return "";
+}
+
+VisualMotionObserver::VisualMotionObserver(std::vector<Eigen::Vector3d> points,
+                                           const Options& options, const DepthRange& range)
+    : points_(std::move(points)), options_(options), range_(range), measured_(points_.size()) {
+  double sum = 0;
+  for (const Eigen::Vector3d& p : points_) sum += p.squaredNorm();
+  size_ = sum > 0 ? std::sqrt(sum / static_cast<double>(points_.size())) : 1;
+  reset();
+}
+
+std::unique_ptr<PointSetEstimator> VisualMotionObserver::clone() const {
+  return std::make_unique<VisualMotionObserver>(*this);
+}
+
+void VisualMotionObserver::reset() {
+  std::fill(measured_.begin(), measured_.end(), Measured{});
+  seen_ = ignored_ = 0;
+  startDistance_ = DepthPrior().Z;
+  verdict_ = ImageVerdict::none;
+  time_s_ = std::numeric_limits<double>::quiet_NaN();
+  longestGap_s_ = 0;
+  hasGuess_ = options_.cMo && reset(*options_.cMo);
+  if (!hasGuess_) {
+    Eigen::Isometry3d ahead = Eigen::Isometry3d::Identity();
+    ahead.translation().z() = startDistance_;
+    reset(ahead);
+    hasGuess_ = false;
+  }
+}
+
+bool VisualMotionObserver::reset(const Eigen::Isometry3d& cMo) {
+  if (!isPose(cMo)) return false;
+  cMo_ = cMo;
+  hasGuess_ = true;
+  isStarted_ = isOnImage_ = false;
+  phase_ = Phase::unset;
+  e_e_.setZero();
+  lag_.setZero();
+  P_.setZero();
+  C_.setZero();
+  elapsed_s_ = corrected_ = 0;
+  refusals_ = 0;
+  return true;
+}
+
+bool VisualMotionObserver::setPrior(int id, const DepthPrior& prior) {
+  if (!isKnown(id)) return false;
+  startDistance_ = prior.sanitised(range_).Z;
+  if (!hasGuess_) cMo_.translation().z() = startDistance_;
+  return true;
+}
+
+void VisualMotionObserver::correctDepth(int /*id*/, const DepthPrior& /*measured*/) {}
+
+/// How long the held correction still acts [s].
+double VisualMotionObserver::heldFor() const {
+  if (!isStarted_) return 0;
+  const bool isGuarded = options_.lostFrames == Options::LostFrames::guarded;
+  return isGuarded ? std::max(0.0, (1 - corrected_) / options_.ke)
+                   : std::numeric_limits<double>::infinity();
+}
+
+/// The pose after a camera motion, with the held correction.
+Eigen::Isometry3d VisualMotionObserver::moved(const Motion& motion) const {
+  const double held_s = std::min(motion.dt, heldFor());
+  if (!options_.coupledGoal) return pose(motion) * cMo_ * exponential(options_.ke * e_e_, held_s);
+
+  const Eigen::Isometry3d oMcd = options_.coupledGoal->inverse();
+  const double wanted = std::ceil(motion.dt / options_.couplingStep_s * (1 - 1e-6));
+  const int steps = static_cast<int>(std::clamp(wanted, 1.0, double{kMostCouplingSteps}));
+  const double h = motion.dt / steps;
+  const Eigen::Isometry3d part =
+      steps == 1 ? pose(motion) : pose(Motion::fromTwist(motion.twist(), h));
+  Eigen::Isometry3d g = cMo_;
+  for (int i = 0; i < steps; ++i) {
+    const Eigen::Isometry3d g_ce = oMcd * g;
+    const Vector6d u_e = options_.ke * (e_e_ - rotated(g_ce.linear().transpose(), poseError(g_ce)));
+    g = part * g * exponential(u_e, std::clamp(held_s - i * h, 0.0, h));
+  }
+  return g;
+}
+
+Coverage VisualMotionObserver::advance(const MotionBuffer& odometry, double time_s) {
+  if (std::isnan(time_s_)) {  // the first image: nothing to move yet
+    if (!std::isfinite(time_s)) return Coverage::reversed;
+    time_s_ = time_s;
+    return Coverage::complete;
+  }
+  const auto [motion, coverage] = odometry.motion(time_s_, time_s);
+  if (coverage == Coverage::afterEnd || coverage == Coverage::reversed) return coverage;
+  if (coverage == Coverage::complete) {
+    if (!(motion.dt > 0)) return coverage;
+    Eigen::Isometry3d next = moved(motion);
+    orthonormalise(next);
+    corrected_ += options_.ke * std::min(motion.dt, heldFor());
+    elapsed_s_ += motion.dt;
+    if (isPose(next)) {
+      cMo_ = next;
+      if (isStarted_) phase_ = Phase::coasting;
+    } else {
+      phase_ = Phase::lost;
+      isStarted_ = false;
+    }
+  } else {  // how the camera moved will never be known
+    reset(Eigen::Isometry3d(cMo_));
+  }
+  isOnImage_ = false;
+  time_s_ = time_s;
+  return coverage;
+}
+
+Eigen::Isometry3d VisualMotionObserver::cMo(const MotionBuffer& odometry, double time_s) const {
+  const auto [motion, coverage] = odometry.motion(time_s_, time_s);
+  if (coverage != Coverage::complete) return cMo_;
+  const Eigen::Isometry3d later = moved(motion);
+  return isPose(later) ? later : cMo_;
+}
+
+void VisualMotionObserver::take(const std::vector<PointObservation>& observations) {
+  std::fill(measured_.begin(), measured_.end(), Measured{});
+  seen_ = 0;
+  for (const PointObservation& observation : observations) {
+    if (!isKnown(observation.id) || measured_[static_cast<std::size_t>(observation.id)].isSeen) {
+      ++ignored_;
+      continue;
+    }
+    const PointMeasurement& m = observation.measurement;
+    if (!m.isUsable() || !(std::hypot(m.x, m.y) < kLargestTangent)) continue;
+    measured_[static_cast<std::size_t>(observation.id)] = {m, true};
+    ++seen_;
+  }
+  isOnImage_ = true;
+}
+
+void VisualMotionObserver::correct(const std::vector<PointObservation>& observations) {
+  take(observations);
+  if (seen_ < kFewestPoints) {
+    verdict_ = ImageVerdict::tooFewPoints;
+    if (isStarted_) phase_ = Phase::coasting;
+    return;
+  }
+  if (!hasGuess_) guessFromImage();
+  const Step step = imageStep();
+  step.verdict == ImageVerdict::accepted ? accept(step) : refuse(step.verdict);
+}
+
+bool VisualMotionObserver::correctPose(const Eigen::Isometry3d& cMo, const Matrix6d& covariance) {
+  if (!isPose(cMo) || !(covariance.norm() < kFarthest)) return false;
+  isOnImage_ = false;
+  Step step;
+  step.covariance = covariance;
+  step.error = poseError(cMo_.inverse() * cMo);
+  step.shown = cMo;
+  accept(step);
+  return true;
+}
+
+/// The target unturned, its seen points about where the image shows them, at the start distance.
+void VisualMotionObserver::guessFromImage() {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero(), ray = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (!measured_[i].isSeen) continue;
+    point += points_[i] / static_cast<double>(seen_);
+    ray +=
+        Eigen::Vector3d(measured_[i].point.x, measured_[i].point.y, 1) / static_cast<double>(seen_);
+  }
+  cMo_.linear().setIdentity();
+  // Not nearer than the target is large: else some of its points would be behind the camera.
+  cMo_.translation() = std::max(startDistance_, 2 * size_) * ray - point;
+}
+
+/// One step of the chosen method from this pose, which need not be the estimate.
+VisualMotionObserver::Step VisualMotionObserver::linearStep(const Eigen::Isometry3d& cMo,
+                                                            ImageErrorMethod method) const {
+  Step step;
+  Matrix6d JtJ = Matrix6d::Zero(), JtRJ = Matrix6d::Zero();
+  Vector6d Jtf = Vector6d::Zero();
+  double ff = 0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (!measured_[i].isSeen) continue;
+    const PointMeasurement& f = measured_[i].point;
+    const Eigen::Vector3d cP = cMo * points_[i];
+    if (!(cP.z() >= range_.Z_min)) {
+      step.verdict = ImageVerdict::behindCamera;
+      return step;
+    }
+    const double chi = 1 / cP.z();
+    const Eigen::Vector2d predicted = chi * cP.head<2>();
+    const Eigen::Vector2d bracket =
+        method == ImageErrorMethod::taylor ? predicted : Eigen::Vector2d(f.x, f.y);
+    const Eigen::Vector2d f_e = Eigen::Vector2d(f.x, f.y) - predicted;
+    // Rotations are counted in lengths, times size_, so that the condition has no unit.
+    Eigen::Matrix<double, 6, 2> Jt;
+    const Eigen::Matrix3d R = chi * cMo.linear();
+    for (int axis = 0; axis < 2; ++axis) {
+      Jt.col(axis) = byPoseError((R.row(axis) - bracket(axis) * R.row(2)).transpose(), points_[i]);
+    }
+    Jt.bottomRows<3>() /= size_;
+    const Matrix6d square = Jt * Jt.transpose();
+    JtJ += square;
+    JtRJ += squared(f.sigma) * square;
+    Jtf += Jt * f_e;
+    ff += f_e.squaredNorm();
+  }
+  const Eigen::LLT<Matrix6d> factor(JtJ);
+  const Matrix6d inverse = factor.solve(Matrix6d::Identity());
+  const double condition2 = JtJ.norm() * inverse.norm();
+  step.error = inverse * Jtf;
+  step.residual = std::sqrt(std::max(0.0, ff - step.error.dot(Jtf)) / static_cast<double>(seen_));
+  step.covariance = inverse * JtRJ * inverse;
+  const bool isRegular =
+      factor.info() == Eigen::Success && condition2 * squared(kLeastReciprocalCondition) < 1;
+  const double distance2 = cMo.translation().squaredNorm() + squared(size_);
+  const bool isTold = step.covariance.topLeftCorner<3, 3>().trace() < distance2 &&
+                      step.covariance.bottomRightCorner<3, 3>().trace() < squared(size_);
+  if (!isRegular || !isTold || !step.error.allFinite()) step.verdict = ImageVerdict::degenerate;
+  step.error.tail<3>() /= size_;
+  step.covariance.bottomRows<3>() /= size_;
+  step.covariance.rightCols<3>() /= size_;
+  return step;
+}
+
+/// The mixed step from the estimate, repeated until it no longer changes anything.
+VisualMotionObserver::Step VisualMotionObserver::iteratedStep() const {
+  Step step;
+  Eigen::Isometry3d shown = cMo_;
+  double change = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kIterations && change > kConverged; ++i) {
+    step = linearStep(shown, ImageErrorMethod::mixed);
+    if (step.verdict != ImageVerdict::accepted) {
+      if (i > 0) step.verdict = ImageVerdict::inconsistent;
+      return step;
+    }
+    change = step.error.norm();
+    Eigen::Vector3d turn = step.error.tail<3>();
+    turn *= std::min(1.0, kLongestTurn_rad / std::max(turn.norm(), 1e-300));
+    shown.translation() += shown.linear() * step.error.head<3>();
+    shown.linear() *= Motion::fromTwist({Eigen::Vector3d::Zero(), turn}, -1).R;
+  }
+  orthonormalise(shown);
+  const Eigen::Isometry3d g_ee = cMo_.inverse() * shown;
+  const bool hasConverged = change < kUnchanged * (1 + shown.translation().norm());
+  if (!hasConverged || !explains(step)) {
+    step.verdict = ImageVerdict::inconsistent;
+  } else if (angleOf(g_ee) > kLargestRotation) {
+    step.verdict = ImageVerdict::rotationTooLarge;
+  }
+  step.error = poseError(g_ee);
+  step.shown = shown;
+  return step;
+}
+
+/// Whether the remaining image errors are those of a pose, not of wrong points.
+bool VisualMotionObserver::explains(const Step& step) const {
+  double sigma = 0;
+  for (const Measured& m : measured_) {
+    if (m.isSeen) sigma = std::max(sigma, m.point.sigma);
+  }
+  return step.residual < std::max(kLargestResidual, kResidualSigmas * sigma);
+}
+
+/// The pose error that the image shows, by the method that is good enough for it.
+VisualMotionObserver::Step VisualMotionObserver::imageStep() const {
+  if (options_.method == ImageErrorMethod::iterated || takesPose()) return iteratedStep();
+  Step step = linearStep(cMo_, options_.method);
+  if (step.verdict != ImageVerdict::accepted || std::isinf(options_.iterateAbove_rad)) return step;
+  const bool isGood = step.error.tail<3>().norm() <= options_.iterateAbove_rad && explains(step);
+  return isGood ? step : iteratedStep();
+}
+
+bool VisualMotionObserver::takesPose() const {
+  return !isStarted_ && options_.start == Options::Start::takePose;
+}
+
+void VisualMotionObserver::accept(const Step& step) {
+  if (takesPose()) {
+    cMo_ = step.shown;
+    e_e_.setZero();
+    lag_.setZero();
+    P_ = step.covariance;
+    corrected_ = 1;
+  } else {
+    e_e_ = step.error;
+    if (isStarted_) {
+      P_ = covariance(corrected_);
+      lag_ += std::min(1.0, options_.ke * elapsed_s_) * (e_e_ - lag_);
+      longestGap_s_ = std::max(longestGap_s_, elapsed_s_);
+    } else {
+      P_ = step.covariance;
+      lag_ = e_e_;
+    }
+    corrected_ = 0;
+  }
+  C_ = step.covariance;
+  residual_ = step.residual;
+  elapsed_s_ = 0;
+  refusals_ = 0;
+  isStarted_ = hasGuess_ = true;
+  phase_ = Phase::tracking;
+  verdict_ = ImageVerdict::accepted;
+}
+
+void VisualMotionObserver::refuse(ImageVerdict verdict) {
+  verdict_ = verdict;
+  const bool mayPass = verdict == ImageVerdict::degenerate || verdict == ImageVerdict::inconsistent;
+  if (isStarted_ && mayPass && ++refusals_ <= kRefusalsInARow) {
+    phase_ = Phase::rejected;
+    return;
+  }
+  if (isStarted_ || verdict != ImageVerdict::degenerate) phase_ = Phase::lost;
+  isStarted_ = false;
+}
+
+/// Of the estimate's error from pixel noise: that of the pose before the last image and that of the
+/// image, mixed as far as the correction has come.
+Matrix6d VisualMotionObserver::covariance(double corrected) const {
+  return squared(1 - corrected) * P_ + squared(corrected) * C_;
+}
+
+/// The point where this pose has it, with the sigmas of that time; its status does not change,
+/// unless it is out of sight.
+DepthEstimate VisualMotionObserver::estimateAt(const Instant& instant, int id) const {
+  DepthEstimate e;
+  const Eigen::Vector3d& p = points_[static_cast<std::size_t>(id)];
+  const Eigen::Vector3d cP = instant.cMo * p;
+  const double chi = 1 / std::max(cP.z(), range_.Z_min);
+  e.x = chi * cP.x();
+  e.y = chi * cP.y();
+  e.chi = range_.clampChi(chi);
+  if (phase_ == Phase::unset) return e;
+
+  const Matrix6d noise = covariance(instant.corrected);
+  const double unmeasured = std::max(1.0, options_.ke * instant.elapsed_s);
+  const auto variance = [&](const Vector6d& J) {
+    return J.dot(noise * J) + squared(unmeasured * J.dot(lag_));
+  };
+  const Eigen::Matrix3d R = instant.cMo.linear();
+  const Eigen::Vector3d sight = R.row(2).transpose();
+  const double var_x = variance(byPoseError(chi * (R.row(0).transpose() - e.x * sight), p));
+  const double var_y = variance(byPoseError(chi * (R.row(1).transpose() - e.y * sight), p));
+  const double sigma_Z = std::sqrt(variance(byPoseError(sight, p)));
+  e.sigma_chi = std::min(squared(e.chi) * sigma_Z, DepthPrior::kLargestSigma_chi);
+  e.sigma_xy = std::min(std::sqrt(0.5 * (var_x + var_y)), PointMeasurement::kLargestSigma);
+
+  const Measured& measured = measured_[static_cast<std::size_t>(id)];
+  const bool isHidden = !isOnImage_ || !measured.isSeen || phase_ == Phase::coasting;
+  const bool isAhead = cP.z() >= range_.Z_min;
+  if (phase_ == Phase::lost || !isAhead || (isHidden && e.sigma_xy > kLostSigma)) {
+    e.status = DepthStatus::lost;
+  } else if (isHidden) {
+    e.status = DepthStatus::coasting;
+  } else if (phase_ == Phase::rejected) {
+    e.status = DepthStatus::rejected;
+  } else {
+    const bool isPrecise = e.sigma_chi < kValidRelativeSigma * e.chi;
+    e.status = isPrecise ? DepthStatus::valid : DepthStatus::converging;
+  }
+  return e;
+}
+
+DepthEstimate VisualMotionObserver::estimate(int id) const {
+  if (!isKnown(id)) {
+    DepthEstimate unknown;
+    unknown.chi = range_.clampChi(unknown.chi);
+    return unknown;
+  }
+  DepthEstimate e = estimateAt({cMo_, elapsed_s_, corrected_}, id);
+  const Measured& measured = measured_[static_cast<std::size_t>(id)];
+  if (isOnImage_ && measured.isSeen) {
+    e.x = measured.point.x;
+    e.y = measured.point.y;
+    e.sigma_xy = measured.point.sigma;
+  }
+  return e;
+}
+
+DepthEstimate VisualMotionObserver::estimate(int id, const MotionBuffer& odometry,
+                                             double time_s) const {
+  const auto [motion, coverage] = odometry.motion(time_s_, time_s);
+  if (!isKnown(id) || coverage != Coverage::complete || !(motion.dt > 0)) return estimate(id);
+  const Eigen::Isometry3d later = moved(motion);
+  if (!isPose(later)) return estimate(id);
+  const double share = options_.ke * std::min(motion.dt, heldFor());
+  DepthEstimate e = estimateAt({later, elapsed_s_ + motion.dt, corrected_ + share}, id);
+  const Measured& measured = measured_[static_cast<std::size_t>(id)];
+  if (isOnImage_ && measured.isSeen) {  // from where it was seen, as the model moves it
+    const DepthEstimate then = estimateAt({cMo_, elapsed_s_, corrected_}, id);
+    e.x += measured.point.x - then.x;
+    e.y += measured.point.y - then.y;
+  }
+  return e;
+}
+
+double VisualMotionObserver::depthErrorBound(int id) const {
+  if (!isKnown(id) || !isStarted_) return std::numeric_limits<double>::infinity();
+  const double sine = std::min(1.0, e_e_.tail<3>().norm());
+  const double twiceSineOfHalf = std::sqrt(2 * (1 - std::sqrt(1 - sine * sine)));
+  const double distance = points_[static_cast<std::size_t>(id)].norm();
+  return e_e_.head<3>().norm() + twiceSineOfHalf * distance;
+}
+
+}  // namespace depthservo

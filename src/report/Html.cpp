@@ -1,0 +1,92 @@
+#include "report/Html.h"
+
+#include "depthservo/text/InputError.h"
+#include "report/EmbeddedReport.h"
+#include "text/TextFile.h"
+
+namespace depthservo::html {
+namespace {
+
+/// Largest image that is read [bytes].
+constexpr std::size_t kLargestFile = std::size_t{1} << 28;
+
+std::string base64(std::string_view bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    unsigned group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += k <= count ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string escaped(std::string_view text) {
+  std::string html;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        html += "&amp;";
+        break;
+      case '<':
+        html += "&lt;";
+        break;
+      case '>':
+        html += "&gt;";
+        break;
+      case '"':
+        html += "&quot;";
+        break;
+      case '\'':
+        html += "&#39;";
+        break;
+      default:
+        html += c;
+    }
+  }
+  return html;
+}
+
+std::string pngSource(const std::filesystem::path& file) {
+  const std::string bytes = detail::readFile(file.string(), kLargestFile);
+  if (bytes.compare(0, 8, "\x89PNG\r\n\x1a\n") != 0) {
+    throw InputError({file.string(), 0, ""}, "is not a PNG image");
+  }
+  return "data:image/png;base64," + base64(bytes);
+}
+
+std::string filled(std::string_view page,
+                   const std::map<std::string_view, std::string_view>& values) {
+  std::string html;
+  for (std::size_t begin = 0;;) {
+    const std::size_t open = page.find("{{", begin);
+    html += page.substr(begin, open - begin);
+    if (open == std::string_view::npos) return html;
+    const std::size_t close = page.find("}}", open);
+    html += values.at(page.substr(open + 2, close - open - 2));
+    begin = close + 2;
+  }
+}
+
+std::string Sheet::page() const {
+  const std::string safeName = escaped(name), safeVerdict = escaped(verdict),
+                    safeReason = escaped(reason);
+  return filled(embeddedReport().sheet, {{"command", command},
+                                         {"name", safeName},
+                                         {"mood", mood},
+                                         {"verdict", safeVerdict},
+                                         {"reason", safeReason},
+                                         {"body", body},
+                                         {"version", DEPTHSERVO_VERSION},
+                                         {"style", embeddedReport().style}});
+}
+
+}  // namespace depthservo::html

@@ -1,0 +1,136 @@
+#include "depthservo/rig/SimulatedRig.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <limits>
+
+#include "depthservo/sequence/SequenceWriter.h"
+#include "rig/CameraClock.h"
+#include "rig/World.h"
+
+namespace depthservo {
+namespace {
+
+constexpr double kTimeSlack_s = 1e-9;
+
+ObservedSource sourceOf(const SimulatedRigOptions& options, const World& world, std::string place) {
+  ObservedSource source{std::move(place), "", options.camera.pinhole(), {}};
+  source.settings = source.place;
+  source.target.target = options.target.dots();
+  if (options.target.type == TargetKind::apriltag) {
+    source.target.tags = options.target.assumedTags();
+  } else {
+    for (const TruePoint& point : world.truth()) {
+      source.target.dots.push_back({point.id, point.u, point.v});
+    }
+  }
+  source.hasImages = options.sensing.source == SensingSource::image;
+  for (std::size_t i = 0; i < options.target.points.size(); ++i) {
+    source.ids.push_back(static_cast<int>(i));
+  }
+  source.frameRate = options.camera.slowest();
+  source.fastestRate = *std::max_element(options.camera.rate.begin(), options.camera.rate.end());
+  source.rowPeriod_s = 1 / options.odometry.rate;
+  source.odometryRows = 4096;
+  return source;
+}
+
+}  // namespace
+
+struct SimulatedRig::Parts {
+  Parts(const SimulatedRigOptions& o, std::string place)
+      : options(o),
+        clock(o.camera, o.seed),
+        world(o),
+        source(sourceOf(o, world, std::move(place))) {}
+
+  SimulatedRigOptions options;
+  CameraClock clock;
+  World world;
+  ObservedSource source;
+  std::deque<Exposure> underway;  // taken, not yet arrived
+  std::size_t rowsRead = 0;
+
+  void drive(double until_s, Listener* listener) {
+    world.advanceTo(until_s, [&] {
+      if (listener) listener->onRow(world.time());
+    });
+  }
+  void expose();
+};
+
+SimulatedRig::SimulatedRig(const SimulatedRigOptions& options, std::string place)
+    : parts_(std::make_unique<Parts>(options, std::move(place))) {}
+
+SimulatedRig::~SimulatedRig() = default;
+
+std::optional<Exposure> SimulatedRig::next(Listener* listener) {
+  Parts& p = *parts_;
+  while (true) {
+    const double coming_s = p.clock.time();
+    const double arrival_s = p.underway.empty()
+                                 ? std::numeric_limits<double>::infinity()
+                                 : p.underway.front().time_s + p.options.sensing.delay;
+    if (std::min(coming_s, arrival_s) > p.options.duration + kTimeSlack_s) return std::nullopt;
+    if (arrival_s <= coming_s) {
+      p.drive(fileTime(arrival_s), listener);
+      std::optional<Exposure> exposure(std::move(p.underway.front()));
+      p.underway.pop_front();
+      return exposure;
+    }
+    p.drive(coming_s, listener);
+    if (!p.clock.isDropped()) p.expose();
+    p.clock.advance();
+    if (listener && !listener->onExposure(coming_s, p.world.truth())) return std::nullopt;
+  }
+}
+
+void SimulatedRig::Parts::expose() {
+  Exposure exposure;
+  exposure.time_s = fileTime(world.time() + options.sensing.latency);
+  if (source.hasImages) {
+    world.expose(exposure.image);
+  } else {
+    exposure.points = world.measure();
+  }
+  exposure.truth = world.truth();
+  exposure.wMc = world.robot().wMc();
+  underway.push_back(std::move(exposure));
+}
+
+void SimulatedRig::readOdometry(MotionBuffer& odometry, double /*time_s*/) {
+  Parts& p = *parts_;
+  const auto& rows = p.world.odometry();
+  for (; p.rowsRead < rows.size(); ++p.rowsRead) {
+    odometry.push(rows[p.rowsRead].time_s, rows[p.rowsRead].twist);
+  }
+}
+
+void SimulatedRig::describe(FrameRecord& frame) const {
+  frame.robotPose = parts_->world.robot().floorPose();
+  frame.applied = parts_->world.robot().velocity();
+}
+
+std::string SimulatedRig::whyEnded() const {
+  return fmt::format("not done after {:.6g} s", parts_->options.duration);
+}
+
+bool SimulatedRig::isTargetMoving() const {
+  const VelocityProfile& twist = parts_->options.target.twist;
+  return !twist.empty() && time() < twist.back().until;
+}
+
+const ObservedSource& SimulatedRig::source() const { return parts_->source; }
+const std::vector<OdometryRow>& SimulatedRig::odometry() const { return parts_->world.odometry(); }
+void SimulatedRig::command(const Eigen::VectorXd& velocities) {
+  parts_->world.setCommand(velocities);
+}
+const RobotModel* SimulatedRig::robot() const { return &parts_->world.robot(); }
+double SimulatedRig::time() const { return parts_->world.time(); }
+std::vector<TruePoint> SimulatedRig::truth() const { return parts_->world.truth(); }
+std::vector<TruePoint> SimulatedRig::truthAtGoal() const { return parts_->world.goal(); }
+Eigen::Isometry3d SimulatedRig::cdMo() const { return parts_->world.cdMo(); }
+
+}  // namespace depthservo

@@ -1,0 +1,248 @@
+#include "rig/World.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "depthservo/motion/Motion.h"
+#include "depthservo/observation/RunLog.h"
+#include "depthservo/sequence/SequenceWriter.h"
+#include "robots/makeRobot.h"
+#include "robots/wheels.h"
+
+namespace depthservo {
+namespace {
+
+constexpr double kSmallestOutlier_px = 5, kLargestOutlier_px = 50;
+constexpr double kTargetStep_s = 0.005;  // its twist is taken at the middle of such steps
+
+SyntheticCameraOptions cameraOptions(const SimulatedRigOptions& rig) {
+  SyntheticCameraOptions options;
+  if (rig.sensing.light_on_dark) std::swap(options.background, options.dot);
+  options.gray_noise = rig.sensing.gray_noise;
+  options.exposure_s = rig.sensing.exposure;
+  options.vignetting = rig.sensing.vignetting;
+  options.seed = rig.seed;
+  return options;
+}
+
+SyntheticCamera makeCamera(const SimulatedRigOptions& rig) {
+  const PinholeCamera camera = rig.camera.truePinhole();
+  const SyntheticCameraOptions options = cameraOptions(rig);
+  const TargetOptions& target = rig.target;
+  return target.type == TargetKind::dots
+             ? SyntheticCamera(camera, DotTarget{target.points, target.radius}, options)
+             : SyntheticCamera(camera, target.trueTags().patches(), options);
+}
+
+/// Homography (3x3) that takes four pixels to four others; the identity where there is none.
+Eigen::Matrix3d warpBetween(const std::array<Eigen::Vector2d, 4>& from,
+                            const std::array<Eigen::Vector2d, 4>& to) {
+  Eigen::Matrix<double, 8, 8> A = Eigen::Matrix<double, 8, 8>::Zero();
+  Eigen::Matrix<double, 8, 1> b;
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector2d &p = from[static_cast<std::size_t>(i)],
+                          &q = to[static_cast<std::size_t>(i)];
+    A.row(2 * i) << p.x(), p.y(), 1, 0, 0, 0, -q.x() * p.x(), -q.x() * p.y();
+    A.row(2 * i + 1) << 0, 0, 0, p.x(), p.y(), 1, -q.y() * p.x(), -q.y() * p.y();
+    b.segment<2>(2 * i) = q;
+  }
+  const Eigen::Matrix<double, 8, 1> h = A.fullPivLu().solve(b);
+  Eigen::Matrix3d H;
+  H << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
+  return H.allFinite() ? H : Eigen::Matrix3d::Identity();
+}
+
+}  // namespace
+
+World::World(const SimulatedRigOptions& options)
+    : options_(options),
+      robot_(makeRobot(options.robot, options.robot.initial)),
+      unicycle_(dynamic_cast<UnicycleCamera*>(robot_.get())),
+      camera_(makeCamera(options)),
+      wMo_(options.target.pose.isometry()),
+      random_(options.seed),
+      command_(Eigen::VectorXd::Zero(robot_->velocity().size())) {}
+
+void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
+  const OdometryOptions& odometry = options_.odometry;
+  const auto rowTime = [&](std::uint64_t row) {
+    return fileTime(static_cast<double>(row) / odometry.rate);
+  };
+  while (time_s_ < time_s) {
+    const bool beginsRow = rowTime(rows_) <= time_s_;
+    if (beginsRow) ++rows_;
+    if (beginsRow && beforeRow) beforeRow();
+    if (beginsRow && unicycle_ && odometry.mode == OdometryMode::commanded) {
+      disturbance_ = odometry.noise.cwiseProduct(gaussian2());
+      unicycle_->setDisturbance(disturbance_);
+    }
+    const double until = std::min(time_s, rowTime(rows_));
+    const double duration_s = until - time_s_;
+    const Eigen::Vector2d wheelsBefore = wheels_;
+    const Eigen::Isometry3d wMcBefore = robot_->wMc();
+    robot_->drive(command_, duration_s);
+    if (unicycle_) wheels_ += wheelSpeeds(robot_->velocity(), odometry.wheel_base) * duration_s;
+    if (beginsRow) {
+      Twist twist = twistOverRow(wheelsBefore, wMcBefore, duration_s);
+      addNoise(twist);
+      odometry_.push_back({time_s_, twist});
+    }
+    moveTarget(until);
+    time_s_ = until;
+  }
+}
+
+Twist World::twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isometry3d& wMcBefore,
+                          double duration_s) const {
+  if (!unicycle_) return Motion::fromPoses(wMcBefore, robot_->wMc(), duration_s).twist();
+  const OdometryOptions& odometry = options_.odometry;
+  Eigen::Vector2d velocity = robot_->velocity() - disturbance_;
+  if (odometry.ticks > 0) {
+    const Eigen::Vector2d rolled =
+        countedWay(wheels_, odometry.ticks) - countedWay(wheelsBefore, odometry.ticks);
+    velocity = robotVelocity(rolled / duration_s, odometry.wheel_base);
+  }
+  return robot_->cameraTwist(velocity);
+}
+
+void World::addNoise(Twist& twist) {
+  const OdometryOptions& odometry = options_.odometry;
+  twist.linear *= odometry.scale;
+  twist.angular += odometry.gyro_bias;
+  if (odometry.mode == OdometryMode::measured && !odometry.noise.isZero()) {
+    for (double& v : twist.linear) v += odometry.noise[0] * gaussian_(random_);
+    for (double& w : twist.angular) w += odometry.noise[1] * gaussian_(random_);
+  }
+}
+
+void World::moveTarget(double until_s) {
+  if (options_.target.twist.empty()) return;
+  for (double begin_s = time_s_; begin_s < until_s;) {
+    const double end_s = std::min(until_s, begin_s + kTargetStep_s);
+    const Motion motion = Motion::fromTwist(targetTwist(0.5 * (begin_s + end_s)), end_s - begin_s);
+    const Motion back = motion.inverse();
+    wMo_.translation() += wMo_.linear() * back.t;
+    wMo_.linear() = Eigen::Quaterniond(wMo_.linear() * back.R).normalized().toRotationMatrix();
+    begin_s = end_s;
+  }
+}
+
+Twist World::targetTwist(double time_s) const {
+  const Eigen::VectorXd twist = velocityAt(options_.target.twist, time_s, 6);
+  return {twist.head<3>(), twist.tail<3>()};
+}
+
+Twist World::twistRelativeToTarget() const {
+  const Twist camera = robot_->cameraTwist(robot_->velocity()), target = targetTwist(time_s_);
+  const Eigen::Isometry3d pose = cMo();
+  const Eigen::Vector3d w = pose.linear() * target.angular;
+  return {camera.linear - pose.linear() * target.linear - pose.translation().cross(w),
+          camera.angular - w};
+}
+
+Eigen::Isometry3d World::cdMo() const {
+  return makeRobot(options_.robot, *options_.robot.goal)->wMc().inverse() * wMo_;
+}
+
+std::vector<TruePoint> World::goal() const { return seenAt(cdMo()); }
+
+std::vector<TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const {
+  const bool seesEllipses =
+      options_.sensing.source == SensingSource::image && options_.target.type == TargetKind::dots;
+  const PinholeCamera camera = options_.camera.truePinhole();
+  std::vector<TruePoint> points;
+  for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
+    const Eigen::Vector3d p = cMo * options_.target.points[i];
+    Eigen::Vector2d seen = Eigen::Vector2d::Constant(kUnknown);
+    if (p.z() > 0) seen = camera.toPixel(p.x() / p.z(), p.y() / p.z());
+    if (seesEllipses) {
+      const auto ellipse = camera_.ellipse(cMo, i);
+      if (ellipse) seen = ellipse->centre;
+    }
+    points.push_back({static_cast<int>(i), p.z(), seen.x(), seen.y()});
+  }
+  return points;
+}
+
+bool World::isHidden(std::size_t point) const {
+  return std::any_of(
+      options_.sensing.hidden.begin(), options_.sensing.hidden.end(),
+      [&](const HiddenPeriod& hidden) { return hidden.covers(time_s_, static_cast<int>(point)); });
+}
+
+std::vector<Eigen::Vector2d> World::pixelErrors() {
+  const SensingOptions& sensing = options_.sensing;
+  std::vector<Eigen::Vector2d> errors;
+  for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
+    Eigen::Vector2d error = Eigen::Vector2d::Zero();
+    if (sensing.pixel_noise > 0) error = sensing.pixel_noise * gaussian2();
+    if (sensing.outliers > 0) {
+      std::uniform_real_distribution<double> fraction;
+      const bool isOutlier = fraction(random_) < sensing.outliers;
+      const double angle = 2 * M_PI * fraction(random_);
+      const double size =
+          kSmallestOutlier_px + (kLargestOutlier_px - kSmallestOutlier_px) * fraction(random_);
+      if (isOutlier) error += size * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    }
+    errors.push_back(error);
+  }
+  return errors;
+}
+
+void World::expose(DEPTHSERVO_VISP vpImage<unsigned char>& image) {
+  SyntheticView view;
+  view.cMo = cMo();
+  view.twist = twistRelativeToTarget();
+  view.displacement = pixelErrors();
+  view.frame = images_++;
+  if (options_.target.type == TargetKind::apriltag) {
+    printTags(view);
+  } else {
+    for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
+      if (!isHidden(i)) continue;
+      if (const auto occluder = camera_.occluderOf(view.cMo, i))
+        view.occluders.push_back(*occluder);
+    }
+  }
+  camera_.render(view, image);
+}
+
+void World::printTags(SyntheticView& view) const {
+  constexpr double kMargin_px = 6;
+  const std::vector<TruePoint> corners = seenAt(view.cMo);
+  for (std::size_t tag = 0; tag < options_.target.tags.size(); ++tag) {
+    std::array<Eigen::Vector2d, 4> from, to;
+    Eigen::Vector2d low(HUGE_VAL, HUGE_VAL), high = -low;
+    bool hides = false;
+    for (std::size_t j = 0; j < 4; ++j) {
+      const std::size_t i = 4 * tag + j;
+      from[j] = {corners[i].u, corners[i].v};
+      to[j] = from[j] + view.displacement[i];
+      low = low.cwiseMin(from[j]);
+      high = high.cwiseMax(from[j]);
+      hides = hides || isHidden(i);
+    }
+    view.patchWarps.push_back(warpBetween(from, to));
+    if (!hides || !low.allFinite() || !high.allFinite()) continue;
+    const auto clamped = [](double x) { return static_cast<int>(std::clamp(x, -1e6, 1e6)); };
+    const Eigen::Vector2d size = high - low + Eigen::Vector2d::Constant(2 * kMargin_px);
+    view.occluders.push_back({clamped(low.x() - kMargin_px), clamped(low.y() - kMargin_px),
+                              clamped(size.x()), clamped(size.y())});
+  }
+}
+
+std::vector<TrackedPoint> World::measure() {
+  const auto points = truth();
+  const auto errors = pixelErrors();
+  std::vector<TrackedPoint> measured;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double u = points[i].u + errors[i].x(), v = points[i].v + errors[i].y();
+    if (isHidden(i) || !options_.camera.pinhole().contains(u, v)) continue;
+    measured.push_back({static_cast<int>(i), u, v, options_.sensing.assumedNoise_px()});
+  }
+  return measured;
+}
+
+}  // namespace depthservo

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <visp3/core/vpImage.h>
+
+#include <functional>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "depthservo/motion/OdometryRow.h"
+#include "depthservo/observation/Exposure.h"
+#include "depthservo/rig/SimulatedRigOptions.h"
+#include "depthservo/robots/SimulatedRobot.h"
+#include "depthservo/robots/UnicycleCamera.h"
+#include "depthservo/simulation/SyntheticCamera.h"
+#include "depthservo/tracking/PointTracker.h"
+
+namespace depthservo {
+
+/// A time on the nanosecond grid that files are written with, so that a recorded run replays
+/// exactly.
+double onNanosecondGrid(double time_s);
+
+/// The simulated side of a options: robot, plate, camera and odometry. It knows the truth and
+/// hands out what sensors would.
+class World {
+ public:
+  explicit World(const SimulatedRigOptions& options);
+
+  double time() const { return time_s_; }
+
+  /// Lets the robot follow the command, and the target its profile, until this time [s]. Odometry
+  /// rows that begin on the way are appended to `odometry()`. \param beforeRow called when one
+  /// begins, may give another command
+  void advanceTo(double time_s, const std::function<void()>& beforeRow = {});
+  void setCommand(const Eigen::VectorXd& command) { command_ = command; }
+
+  /// All rows so far. A row holds the twist at its time, until the next.
+  const std::vector<OdometryRow>& odometry() const { return odometry_; }
+
+  std::vector<TruePoint> truth() const { return seenAt(cMo()); }
+
+  /// Pose of the target in the camera now.
+  Eigen::Isometry3d cMo() const { return robot_->wMc().inverse() * wMo_; }
+
+  /// The same from the goal, which the options must have, with the target where it is.
+  Eigen::Isometry3d cdMo() const;
+  std::vector<TruePoint> goal() const;
+
+  /// Takes the image of this moment (source: image). A tag is hidden as a whole when one of its
+  /// corners is.
+  void expose(DEPTHSERVO_VISP vpImage<unsigned char>& image);
+
+  /// Measures the points of this moment (source: geometry); hidden ones are missing.
+  std::vector<TrackedPoint> measure();
+
+  const SimulatedRobot& robot() const { return *robot_; }
+
+ private:
+  std::vector<TruePoint> seenAt(const Eigen::Isometry3d& cMo) const;
+  std::vector<Eigen::Vector2d> pixelErrors();
+  bool isHidden(std::size_t point) const;
+  void printTags(SyntheticView& view) const;
+  void moveTarget(double until_s);
+  Twist targetTwist(double time_s) const;
+  Twist twistRelativeToTarget() const;
+  Twist twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isometry3d& wMcBefore,
+                     double duration_s) const;
+  void addNoise(Twist& twist);
+  Eigen::Vector2d gaussian2() { return {gaussian_(random_), gaussian_(random_)}; }
+
+  SimulatedRigOptions options_;
+  std::unique_ptr<SimulatedRobot> robot_;
+  UnicycleCamera* unicycle_;  // the robot, if it is one: it has wheels that count and slip
+  SyntheticCamera camera_;
+  Eigen::Isometry3d wMo_;
+  std::mt19937_64 random_;
+  std::normal_distribution<double> gaussian_;
+  double time_s_ = 0;
+  std::uint64_t images_ = 0, rows_ = 0;
+  Eigen::VectorXd command_;
+  Eigen::Vector2d disturbance_ = Eigen::Vector2d::Zero();  // of (v, w)
+  Eigen::Vector2d wheels_ = Eigen::Vector2d::Zero();  // way of the left and of the right one [m]
+  std::vector<OdometryRow> odometry_;
+};
+
+}  // namespace depthservo

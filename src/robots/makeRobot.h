@@ -1,0 +1,13 @@
+#pragma once
+
+#include <memory>
+
+#include "depthservo/robots/RobotOptions.h"
+#include "depthservo/robots/SimulatedRobot.h"
+
+namespace depthservo {
+
+/// The robot of a scenario, at rest at a pose.
+std::unique_ptr<SimulatedRobot> makeRobot(const RobotOptions& robot, const RobotPose& pose);
+
+}  // namespace depthservo

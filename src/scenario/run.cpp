@@ -1,0 +1,162 @@
+#include "depthservo/scenario/run.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "depthservo/sequence/SequenceWriter.h"
+#include "depthservo/servo/ServoLoop.h"
+#include "observation/ObserverSetup.h"
+
+namespace depthservo {
+namespace {
+
+/// Refuses a pose from which a point is not in the image.
+void requireInView(const std::vector<TruePoint>& points, const Scenario& scenario,
+                   const char* key) {
+  const PinholeCamera camera = scenario.camera.pinhole();
+  for (const TruePoint& point : points) {
+    if (camera.contains(point.u, point.v)) continue;
+    const std::string where = std::isnan(point.u)
+                                  ? std::string("behind the camera")
+                                  : fmt::format("at ({:.0f}, {:.0f}) px of {} x {}", point.u,
+                                                point.v, camera.width, camera.height);
+    throw InputError(
+        {scenario.file, 0, key},
+        fmt::format("dot {} is not in the image from there: it is {}; move or turn the robot",
+                    point.id, where));
+  }
+}
+
+ServoGoal goalOf(const Scenario& scenario, const SimulatedRig& rig) {
+  ServoGoal goal;
+  goal.pixels = scenario.control.desired;
+  goal.Z.assign(goal.pixels.size(), scenario.depth.initial);
+  if (!scenario.robot.goal) return goal;
+  const std::vector<TruePoint> points = rig.truthAtGoal();
+  requireInView(points, scenario, "robot.goal");
+  goal.cdMo = rig.cdMo();
+  for (const TruePoint& point : points) {
+    goal.pixels.emplace_back(point.u, point.v);
+    goal.Z.push_back(point.Z);
+  }
+  return goal;
+}
+
+/// A run under way.
+class Run {
+ public:
+  explicit Run(const Scenario& scenario) : scenario_(scenario), rig_(scenario, scenario.file) {
+    requireInView(rig_.truth(), scenario, "robot.initial");
+    loop_.emplace(rig_, observationOf(scenario, rig_), scenario.control, goalOf(scenario, rig_));
+  }
+
+  RunLog finish(RunWatcher* watcher) {
+    RunLog log = loop_->run(watcher);
+    log.command = "run";
+    log.name = scenario_.name;
+    log.configuration = scenario_.toJson();
+    log.seed = scenario_.seed;
+    return log;
+  }
+
+  const SimulatedRig& rig() const { return rig_; }
+
+ private:
+  const Scenario& scenario_;
+  SimulatedRig rig_;
+  std::optional<ServoLoop> loop_;
+};
+
+/// What makes a replay estimate as the run did.
+ReplayHints hintsOf(const Scenario& scenario, const SimulatedRig& rig) {
+  const EstimatorOptions& depth = scenario.depth;
+  ReplayHints hints;
+  if (depth.estimator != EstimatorKind::trueDepth) hints.estimator = toString(depth.estimator);
+  hints.prior = depth.initial;
+  hints.pixel_noise = scenario.sensing.assumedNoise_px();
+  hints.odometry_noise = scenario.odometry.noise;
+  hints.odometry_mode = scenario.odometry.mode;
+  hints.odometry_scale_sigma = scenario.odometry.scale_sigma;
+  hints.focal_sigma = scenario.camera.focal_sigma;
+  if (depth.estimator == EstimatorKind::joint) {
+    hints.joint = {depth.joint.time_offset, depth.joint.gyro_bias, depth.joint.focal};
+  }
+  hints.Z_min = depth.Z_min;
+  hints.Z_max = depth.Z_max;
+  hints.settling = depth.gains.settling;
+  hints.W_min = depth.gains.W_min;
+  hints.k = depth.gains.k;
+  hints.k_3 = depth.gains.k_3;
+  if (depth.estimator == EstimatorKind::pose) {
+    hints.ke = observerGain(setupOf(rig.source(), observationOf(scenario, rig)));
+    hints.kappa = depth.pose.kappa;
+  }
+  return hints;
+}
+
+/// Writes what the sensors gave.
+class Recorder : public RunWatcher {
+ public:
+  Recorder(const std::string& folder, RunWatcher* next) : writer_(folder), next_(next) {}
+
+  bool onFrame(const RunFrame& frame) override {
+    const double time_s = frame.record.time_s;
+    const Exposure& exposure = frame.exposure;
+    if (exposure.hasImage()) writer_.addImage(time_s, exposure.image);
+    for (const TrackedPoint& point : exposure.points) {
+      writer_.addTrack(time_s, {point.id, point.u, point.v});
+    }
+    for (const FeatureRecord& feature : frame.record.features) {
+      writer_.addTruth(time_s, {feature.id, feature.Z_true});
+    }
+    writer_.addPose(time_s, *exposure.wMc);
+    const auto& rows = frame.rig.odometry();
+    for (; rows_ < rows.size(); ++rows_) {
+      writer_.addOdometry(rows[rows_].time_s, rows[rows_].twist);
+    }
+    return !next_ || next_->onFrame(frame);
+  }
+
+  void finish(const SequenceSettings& settings) { writer_.finish(settings); }
+
+ private:
+  SequenceWriter writer_;
+  RunWatcher* next_;
+  std::size_t rows_ = 0;
+};
+
+}  // namespace
+
+ObservationOptions observationOf(const Scenario& scenario, const SimulatedRig& rig) {
+  ObservationOptions options;
+  options.motion = MotionSource::twist;
+  options.depth = scenario.depth;
+  options.depth.pose.couplingStep_s = 1 / scenario.odometry.rate;
+  if (scenario.control.coupled) {
+    options.depth.pose.coupledGoal = rig.cdMo();
+    options.depth.pose.kc = scenario.control.kc;
+  }
+  options.pixelNoise_px = scenario.sensing.assumedNoise_px();
+  options.isPixelNoiseGiven = true;
+  options.odometryNoise = scenario.odometry.declaredNoise();
+  options.odometryScaleSigma = scenario.odometry.scale_sigma;
+  options.focalSigma = scenario.camera.focal_sigma;
+  return options;
+}
+
+RunLog run(const Scenario& scenario, RunWatcher* watcher) { return Run(scenario).finish(watcher); }
+
+RunLog record(const Scenario& scenario, const std::string& folder, RunWatcher* watcher) {
+  Recorder recorder(folder, watcher);
+  Run run(scenario);
+  RunLog log = run.finish(&recorder);
+  const SequenceTarget& target = run.rig().source().target;
+  SequenceSettings settings{scenario.name, run.rig().source().camera, target.target, target.dots,
+                            hintsOf(scenario, run.rig())};
+  settings.tags = target.tags;
+  recorder.finish(settings);
+  return log;
+}
+
+}  // namespace depthservo

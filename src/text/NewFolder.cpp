@@ -1,0 +1,77 @@
+#include "text/NewFolder.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "depthservo/report/RunFolder.h"
+#include "depthservo/text/InputError.h"
+
+namespace depthservo {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder that disappears unless it is kept by renaming it.
+class TemporarySibling {
+ public:
+  explicit TemporarySibling(const fs::path& final)
+      : final_(final),
+        path_(final.parent_path() / fmt::format(".{}.{}", final.filename().string(), getpid())) {
+    if (!fs::create_directory(path_)) throw InputError({path_.string(), 0, ""}, "is in the way");
+  }
+  ~TemporarySibling() {
+    std::error_code ignored;
+    if (!kept_) fs::remove_all(path_, ignored);
+  }
+  TemporarySibling(const TemporarySibling&) = delete;
+  TemporarySibling& operator=(const TemporarySibling&) = delete;
+
+  const fs::path& path() const { return path_; }
+  void keep() {
+    fs::rename(path_, final_);
+    kept_ = true;
+  }
+
+ private:
+  fs::path final_, path_;
+  bool kept_ = false;
+};
+
+/// Absolute, without a trailing slash: it has a parent and a name.
+fs::path normalised(const fs::path& folder) {
+  const fs::path absolute = fs::absolute(folder).lexically_normal();
+  return absolute.has_filename() ? absolute : absolute.parent_path();
+}
+
+}  // namespace
+
+void requireNewRunFolder(const fs::path& folder) {
+  const fs::path place = normalised(folder);
+  std::error_code ignored;
+  if (fs::exists(fs::symlink_status(place, ignored))) {
+    throw InputError({folder.string(), 0, ""}, "exists already; name a new folder");
+  }
+  const fs::path parent = place.parent_path();
+  if (!fs::is_directory(parent, ignored)) {
+    throw InputError({folder.string(), 0, ""},
+                     fmt::format("cannot be made: {} is not a folder", parent.string()));
+  }
+  if (access(parent.c_str(), W_OK | X_OK) != 0) {
+    throw InputError({folder.string(), 0, ""},
+                     fmt::format("cannot be made: {} is not writable", parent.string()));
+  }
+}
+
+void makeFolder(const fs::path& folder, const std::function<void(const fs::path&)>& fill) {
+  requireNewRunFolder(folder);
+  try {
+    TemporarySibling temporary(normalised(folder));
+    fill(temporary.path());
+    temporary.keep();
+  } catch (const fs::filesystem_error& error) {
+    throw InputError({folder.string(), 0, ""},
+                     fmt::format("cannot be written: {}", error.code().message()));
+  }
+}
+
+}  // namespace depthservo
