@@ -11,10 +11,10 @@
 
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/Report.h"
+#include "depthservo/text/NewFolder.h"
 #include "report/Plots.h"
 #include "report/RunFiles.h"
 #include "sequence/GrayImage.h"
-#include "text/NewFolder.h"
 
 namespace depthservo {
 namespace {
