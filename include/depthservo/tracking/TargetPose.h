@@ -10,9 +10,9 @@
 
 namespace depthservo {
 
-/// Pose of a known plate in the camera, from the dots seen in one image (ViSP's vpPose: linear
-/// start, then virtual visual servoing, which minimises the reprojection error from the previous
-/// pose on).
+/// Pose of a known plate in the camera, from the dots seen in one image (OpenCV's IPPE or,
+/// where the plate is not flat, SQPNP for the first one, then virtual visual servoing, which
+/// minimises the reprojection error from the previous pose on).
 class TargetPose {
  public:
   TargetPose(const DotTarget& target, const PinholeCamera& camera)
