@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "depthservo/sequence/SequenceWriter.h"
@@ -94,11 +95,13 @@ ImageStatus ImageSeries::next(TimedImage& image) {
 
 void ImageSeries::end() {
   constexpr std::size_t kMostNamed = 3;
-  const std::size_t times = options_.times.size();
-  reason_ = skipped_.empty() && place_ == files_.size()
-                ? fmt::format("all {} images read", read_)
-                : fmt::format("{} of {} images read", read_, files_.size());
-  if (times > 0 && times != files_.size()) reason_ += fmt::format(", but {} times given", times);
+  const std::size_t files = files_.size(), times = options_.times.size();
+  const std::size_t expected = std::max(files, times);
+  reason_ = read_ == expected ? fmt::format("all {} images read", read_)
+                              : fmt::format("{} of {} images read", read_, expected);
+  if (times > 0 && times != files) {
+    reason_ += fmt::format(": {} times given for {} images", times, files);
+  }
   for (std::size_t i = 0; i < std::min(kMostNamed, skipped_.size()); ++i) {
     reason_ += (i == 0 ? "; left out: " : "; ") + skipped_[i];
   }

@@ -90,19 +90,18 @@ void TextTable::split() { split(content_); }
 void TextTable::split(std::string_view rest) {
   fields_.clear();
   // What follows the first field tells how a line of a `spaces` table is separated.
-  const char* separators = ",";
   if (style_ == Style::spaces) {
     const std::size_t blank = rest.find_first_of(" \t,;");
     const std::size_t sign = rest.find_first_not_of(" \t", std::min(blank, rest.size()));
     const char first = sign == std::string_view::npos ? ' ' : rest[sign];
-    separators = first == ',' ? "," : first == ';' ? ";" : " \t";
+    separators_ = first == ',' ? "," : first == ';' ? ";" : " \t";
   }
   for (;;) {
-    const std::size_t end = rest.find_first_of(separators);
+    const std::size_t end = rest.find_first_of(separators_);
     fields_.push_back(trimmed(rest.substr(0, end)));
     if (end == std::string_view::npos) return;
     rest.remove_prefix(end + 1);
-    if (separators[0] == ' ') rest = trimmed(rest);
+    if (separators_[0] == ' ') rest = trimmed(rest);
   }
 }
 
@@ -189,22 +188,32 @@ bool TextTable::next() {
   return true;
 }
 
+double TextTable::seconds(std::size_t column) const {
+  const auto value = toNumber(fields_[column]);
+  if (!value || !kTimes.contains(*value)) {
+    fail(column,
+         expectedNumber(kTimes, "s", fields_[column]) + (value ? unitHint(*value) : std::string()));
+  }
+  return *value;
+}
+
 void TextTable::readTime() {
   const double before = time_s_;
-  const auto time_s = style_ == Style::euroc ? secondsOf(fields_[0]) : toNumber(fields_[0]);
-  if (!time_s && style_ == Style::euroc) {
-    fail(0, fmt::format("expected a time in whole nanoseconds, got {}", quoted(fields_[0])));
+  if (style_ == Style::euroc) {
+    const auto time_s = secondsOf(fields_[0]);
+    if (!time_s) {
+      fail(0, fmt::format("expected a time in whole nanoseconds, got {}", quoted(fields_[0])));
+    }
+    time_s_ = *time_s;
+  } else {
+    time_s_ = seconds(0);
   }
-  if (!time_s || !kTimes.contains(*time_s)) {
-    fail(0, expectedNumber(kTimes, "s", fields_[0]) + (time_s ? unitHint(*time_s) : ""));
+  if (hasRow_ && time_s_ < before) {
+    fail(0, fmt::format("time runs backwards: {} s after {} s; sort the file", time_s_, before));
   }
-  if (hasRow_ && *time_s < before) {
-    fail(0, fmt::format("time runs backwards: {} s after {} s; sort the file", *time_s, before));
+  if (hasRow_ && time_s_ == before && order_ == Order::increasing) {
+    fail(0, fmt::format("the time {} s appears twice; remove one row", time_s_));
   }
-  if (hasRow_ && *time_s == before && order_ == Order::increasing) {
-    fail(0, fmt::format("the time {} s appears twice; remove one row", *time_s));
-  }
-  time_s_ = *time_s;
 }
 
 double TextTable::number(std::size_t column, const Range& range, const char* unit) const {

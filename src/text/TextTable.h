@@ -32,9 +32,11 @@ class TextTable {
   /// Goes to the next row; false after the last. A table without rows is a fault.
   bool next();
 
-  double time() const { return time_s_; }  ///< of this row [s]
+  double time() const { return time_s_; }    ///< of this row [s]
+  double seconds(std::size_t column) const;  ///< another time
   double number(std::size_t column, const Range& range, const char* unit) const;
-  bool isNaN(std::size_t column) const;  ///< it says "nan", in any spelling
+  bool hasBlanks() const { return separators_[0] == ' '; }  ///< between the fields of this row
+  bool isNaN(std::size_t column) const;                     ///< it says "nan", in any spelling
   int id(std::size_t column) const;
   std::string_view text(std::size_t column) const { return fields_[column]; }
 
@@ -57,6 +59,7 @@ class TextTable {
   std::size_t position_ = 0;  // of the next line in bytes_
   int line_ = 0;
   std::string_view content_;  // of this line
+  const char* separators_ = ",";
   std::vector<std::string_view> fields_;
   std::size_t width_;  // columns of every row
   bool hasRow_ = false;

@@ -92,7 +92,7 @@ TEST_F(LiveTest, leaves_out_an_image_that_cannot_be_used_and_says_why) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 60);
   camera.skippedAt = 25;
   TwistStream twists(folder_ / "twists");
-  const RunLog log = Live(options_, camera, &twists).run();
+  const RunLog log = live(options_, camera, &twists);
   EXPECT_EQ(log.frames.size(), 59u);
   const auto told = std::find_if(log.events.begin(), log.events.end(), [](const Event& event) {
     return event.what == "the image is torn";
@@ -105,7 +105,7 @@ TEST_F(LiveTest, keeps_its_log_when_the_camera_changes_the_size_of_its_images) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 300);
   camera.smallerFrom = 30;
   TwistStream twists(folder_ / "twists");
-  const RunLog log = Live(options_, camera, &twists).run();
+  const RunLog log = live(options_, camera, &twists);
   EXPECT_EQ(log.frames.size(), 30u);
   ASSERT_EQ(log.images.size(), 2u);
   EXPECT_EQ(log.images[1].second.size(), 320u * 240u);
