@@ -141,7 +141,10 @@ PixelNoise measurePixelNoise(ImageSource& images, std::size_t most, const Sequen
       makeTracker(seen, chooseTracker(source, wanted), {});
   PixelNoiseMeter meter;
   TimedImage image;
-  for (std::size_t k = 0; k < most && images.next(image); ++k) {
+  for (std::size_t k = 0; k < most; ++k) {
+    const ImageStatus status = images.next(image);
+    if (status == ImageStatus::ended) break;
+    if (status == ImageStatus::skipped) continue;
     meter.add(tracker->track(image.image, {}));
     if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(most));
   }

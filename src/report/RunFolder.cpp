@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/Report.h"
 #include "depthservo/text/NewFolder.h"
 #include "report/Plots.h"
 #include "report/RunFiles.h"
+#include "sequence/GrayImage.h"
 
 namespace depthservo {
 namespace {
@@ -127,11 +127,8 @@ std::string timingJson(const RunLog& log) {
 
 void writeImage(const PinholeCamera& camera, const std::vector<unsigned char>& gray,
                 const fs::path& file) {
-  const cv::Mat image(camera.height, camera.width, CV_8UC1,
-                      const_cast<unsigned char*>(gray.data()));  // only read
-  std::vector<unsigned char> png;
-  cv::imencode(".png", image, png);
-  writeFile(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+  constexpr int kQuick = -1;
+  writeFile(file, detail::pngOf(gray.data(), {camera.width, camera.height}, kQuick));
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 
+#include "sequence/GrayImage.h"
 #include "text/TextFile.h"
 
 namespace depthservo {
@@ -161,14 +161,12 @@ void SequenceWriter::check(const std::ofstream& out, const std::string& name) co
 
 void SequenceWriter::addImage(double time_s, const DEPTHSERVO_VISP vpImage<unsigned char>& image) {
   const std::string name = fmt::format("rgb/{:06}.png", ++images_);
-  const cv::Mat pixels(static_cast<int>(image.getHeight()), static_cast<int>(image.getWidth()),
-                       CV_8U, image.bitmap);
-  std::vector<unsigned char> bytes;
   constexpr int kFastCompression = 1;
-  cv::imencode(".png", pixels, bytes, {cv::IMWRITE_PNG_COMPRESSION, kFastCompression});
+  const std::string bytes = detail::pngOf(
+      image.bitmap, {static_cast<int>(image.getWidth()), static_cast<int>(image.getHeight())},
+      kFastCompression);
   std::ofstream out(fs::path(temporary_) / name, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()),
-            static_cast<std::streamsize>(bytes.size()));
+  out << bytes;
   out.close();
   check(out, name);
   file("rgb.txt", "# timestamp path\n") << timeText(time_s) << ' ' << name << '\n';

@@ -118,6 +118,14 @@ std::string quoted(std::string_view text) {
   return fmt::format("'{}...'", text.substr(0, kLongest));
 }
 
+std::string unitHint(double time) {
+  constexpr double kMostMilliseconds = 1e14, kMostMicroseconds = 1e17;
+  if (!(time > kTimes.high)) return "";
+  return fmt::format("; is it {}?", time < kMostMilliseconds   ? "milliseconds"
+                                    : time < kMostMicroseconds ? "microseconds"
+                                                               : "nanoseconds");
+}
+
 std::string expectedNumber(const Range& range, const char* unit, std::string_view got) {
   return fmt::format("expected a finite number in {}, got {}", range.text(unit), quoted(got));
 }

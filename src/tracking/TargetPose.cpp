@@ -15,8 +15,8 @@ struct Correspondences {
 /// The pose of least reprojection error: from `start` on, or from a closed form (SQPnP) without.
 std::optional<Eigen::Isometry3d> solved(const Correspondences& points,
                                         const std::optional<Eigen::Isometry3d>& start) {
-  static const cv::TermCriteria kConverged(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100,
-                                           1e-12);
+  static const cv::TermCriteria kConverged(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 200,
+                                           1e-14);
   const cv::Matx33d normalised = cv::Matx33d::eye();
   cv::Vec3d rotation, translation;
   if (start) {

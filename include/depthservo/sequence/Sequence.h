@@ -10,6 +10,7 @@
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/motion/OdometryRow.h"
+#include "depthservo/sequence/ClockCheck.h"
 #include "depthservo/sequence/DepthMap.h"
 #include "depthservo/target/AprilTagTarget.h"
 #include "depthservo/target/DotTarget.h"
@@ -17,6 +18,10 @@
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
+
+namespace detail {
+struct ImageSize;
+}
 
 /// A point in an image, by its id.
 struct PixelPoint {
@@ -62,15 +67,9 @@ PinholeCamera loadCamera(const std::string& fileOrPreset);
 /// at the last pose. Empty for fewer than two poses. Times must increase.
 std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses);
 
-/// Time without poses, longer than ground truth usually leaves: how the camera moved in it is not
-/// known, only where it went.
-struct PoseGap {
-  double from_s = 0, to_s = 0;  ///< of the poses on either side
-};
-
-/// Intervals between successive poses of more than four times the median and 0.04 s (twice what
-/// associate.py of the TUM RGB-D benchmark accepts between an image and its pose).
-std::vector<PoseGap> gapsOf(const std::vector<CameraPose>& poses);
+/// Time without poses, longer than ground truth usually leaves (see holesOf): how the camera moved
+/// in it is not known, only where it went.
+std::vector<TimeSpan> gapsOf(const std::vector<CameraPose>& poses);
 
 /// What a sequence says of how to observe depth in it ("replay" in sequence.yaml); the rest is left
 /// to the user.
@@ -153,6 +152,10 @@ class Sequence {
   /// The three above in one.
   SequenceTarget seen() const { return {target_, tags_, dots_, hints_}; }
 
+  /// How the times of the images and those of the odometry, or of the poses when there is none, fit
+  /// together; empty when there are neither. (That they do not overlap at all is refused.)
+  const std::optional<ClockCheck>& clocks() const { return clocks_; }
+
   bool hasImages() const { return hasImages_; }
   bool hasTracks() const { return hasTracks_; }
 
@@ -160,7 +163,9 @@ class Sequence {
   const std::vector<std::string>& warnings() const { return warnings_; }
 
   /// Gray image of a frame, colours converted (0.299 R + 0.587 G + 0.114 B). Throws InputError:
-  /// missing, truncated, not an image, or of another size than the camera's.
+  /// missing, truncated, not an image, to be shown turned (EXIF), or of another size than the
+  /// camera's. Of images with 16 bits the levels are stretched to white as their format says, or
+  /// as `image_bits` says, or as many bits as some images of the sequence use.
   DEPTHSERVO_VISP vpImage<unsigned char> readImage(std::size_t frame) const;
 
   /// Depth image of a frame; none when no depth image is close enough in time. Throws InputError:
@@ -171,10 +176,13 @@ class Sequence {
   void readSettings(const std::string& path, const SequenceOptions& options);
   void readCamera(const SequenceOptions& options, const std::optional<PinholeCamera>& known);
   void useImages(std::vector<ListedImage> images);
+  void checkImages();
+  void requireSize(detail::ImageSize size, const std::string& image) const;
   void readTracks(const std::string& path);
   void readTruth(const std::string& path);
   void readOdometry(const std::string& path);
   void useDepth(std::vector<ListedImage> images, const std::string& source);
+  void checkClocks();
   std::string inFolder(const std::string& file) const;
 
   std::string folder_, name_;
@@ -190,6 +198,8 @@ class Sequence {
   std::vector<PixelPoint> dots_;
   ReplayHints hints_;
   bool hasImages_ = false, hasTracks_ = false;
+  int imageBits_ = 0;  // used by images of 16; 0: not known
+  std::optional<ClockCheck> clocks_;
   std::vector<std::string> warnings_;
 };
 
