@@ -11,13 +11,10 @@
 #include <map>
 
 #include "depthservo/text/InputError.h"
+#include "depthservo/visp/using.h"
 
 // After the others: its macros are named None, Status, Bool, ...
 #include <X11/Xlib.h>
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

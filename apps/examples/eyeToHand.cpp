@@ -3,6 +3,7 @@
 // against the hand: its twist relative to them is -cVe eJe qdot.
 #include <depthservo/features/FeaturePoint.h>
 #include <depthservo/features/cameraTwist.h>
+#include <depthservo/visp/using.h>
 #include <visp3/core/vpHomogeneousMatrix.h>
 #include <visp3/core/vpPoint.h>
 #include <visp3/visual_features/vpFeatureBuilder.h>
@@ -12,10 +13,6 @@
 #include <array>
 #include <cmath>
 #include <iostream>
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace {
 

@@ -1,6 +1,7 @@
 // fourPointsPlain.cpp with the depth observed by depthservo. Besides this comment three lines
 // differ: the include, the type of s, and the call of observe.
 #include <depthservo/features/FeaturePoint.h>
+#include <depthservo/visp/using.h>
 #include <visp3/core/vpExponentialMap.h>
 #include <visp3/core/vpPoint.h>
 #include <visp3/visual_features/vpFeatureBuilder.h>
@@ -9,10 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 int main() {
   const double dt = 1. / 30;

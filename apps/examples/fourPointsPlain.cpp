@@ -1,6 +1,7 @@
 // Image-based visual servoing of four points with ViSP alone. The depth of the points is not known:
 // it is set to a constant, three times the true one, as many programs do. Compare with
 // fourPointsObserved.cpp.
+#include <depthservo/visp/using.h>
 #include <visp3/core/vpExponentialMap.h>
 #include <visp3/core/vpPoint.h>
 #include <visp3/visual_features/vpFeatureBuilder.h>
@@ -10,10 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 int main() {
   const double dt = 1. / 30;

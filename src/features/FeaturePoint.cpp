@@ -8,11 +8,8 @@
 #include <iostream>
 
 #include "depthservo/depth/InverseDepthFilter.h"
+#include "depthservo/visp/using.h"
 #include "features/toTwist.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

@@ -1,10 +1,7 @@
 #include "depthservo/features/FeaturePointGroup.h"
 
+#include "depthservo/visp/using.h"
 #include "features/toTwist.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 

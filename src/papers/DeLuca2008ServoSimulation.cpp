@@ -12,14 +12,11 @@
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/DotTracker.h"
+#include "depthservo/visp/using.h"
 #include "features/pointInteraction.h"
 #include "observation/expectedPoints.h"
 #include "papers/DeLuca2008Servo.h"
 #include "robots/wheels.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo::deluca2008 {
 namespace {

@@ -6,9 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo::detail {
 namespace {

@@ -6,12 +6,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "depthservo/visp/using.h"
 #include "tracking/DotDetector.h"
 #include "tracking/DotMeasurement.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

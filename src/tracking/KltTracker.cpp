@@ -7,11 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "depthservo/visp/using.h"
 #include "tracking/PatchAligner.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

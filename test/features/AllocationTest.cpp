@@ -13,11 +13,8 @@
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/FeaturePoint.h"
 #include "depthservo/features/FeaturePointGroup.h"
+#include "depthservo/visp/using.h"
 #include "support/AllocationCounter.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

@@ -9,10 +9,6 @@
 
 #include "visp_md/2.inc"
 
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
-
 namespace {
 
 [[maybe_unused]] void loop(vpSimulatorCamera& robot, const vpCameraParameters& cam,
@@ -35,6 +31,7 @@ namespace {
 }
 
 [[maybe_unused]] void moments(vpServo& task, vpColVector& v, double dt){
+#include "depthservo/visp/using.h"
 #include "visp_md/6.inc"
 }
 

@@ -7,12 +7,9 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "depthservo/motion/Motion.h"
+#include "depthservo/visp/using.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {
