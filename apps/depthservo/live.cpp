@@ -152,7 +152,7 @@ int watchLive(const LiveArguments& arguments) {
   LiveWatcher watcher(view.get(), shown);
   const RunLog log = live(options, images, twists.get(), &watcher);
   finish(arguments, log);
-  return kMet;
+  return foundNothing(log) ? kOtherOutcome : kMet;
 }
 
 }  // namespace

@@ -253,11 +253,26 @@ void printTable(const RunLog& log) {
     if (std::isfinite(point.relative_error)) {
       fmt::print(stderr, ", {:.2g} % from {:.4g} m", 100 * point.relative_error, point.Z_true);
     }
-    if (point.status == DepthStatus::unexcited && !point.unexcited_because.empty()) {
+    const bool isMotionRight = !log.diagnosis || !log.diagnosis->isMotion();
+    if (isMotionRight && point.status == DepthStatus::unexcited &&
+        !point.unexcited_because.empty()) {
       fmt::print(stderr, ": {}", point.unexcited_because);
     }
     fmt::print(stderr, "\n");
   }
+}
+
+bool foundNothing(const RunLog& log) {
+  const bool hasPoint =
+      std::any_of(log.frames.begin(), log.frames.end(), [](const FrameRecord& frame) {
+        return std::any_of(frame.features.begin(), frame.features.end(),
+                           [](const FeatureRecord& feature) { return feature.measured; });
+      });
+  if (hasPoint) return false;
+  fmt::print(stderr, "{}: no point was found in any of the {} images: {}\n", log.name,
+             log.frames.size(),
+             "are tracker, target, tag family and start positions those of these images?");
+  return true;
 }
 
 }  // namespace depthservo

@@ -49,6 +49,9 @@ void silenceImageLibraries();
 /// One line per point on stderr: where it is believed to be, and how far that is from the truth.
 void printTable(const RunLog& log);
 
+/// Whether nothing was ever measured; says so on stderr.
+bool foundNothing(const RunLog& log);
+
 [[noreturn]] void refuseOption(const std::string& option, const std::string& message);
 
 }  // namespace depthservo

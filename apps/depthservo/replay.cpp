@@ -106,6 +106,7 @@ int replaySequence(const ReplayArguments& arguments) {
   printFindings(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   if (arguments.json) fmt::print("{}\n", toJson(log));
+  if (foundNothing(log)) return kOtherOutcome;
   return arguments.baseline.empty() ? kMet : compare(log, arguments.baseline, arguments.update);
 }
 

@@ -25,6 +25,9 @@ constexpr int kRejection = 2, kMostRejections = 8;
 /// Of points that a tracker finds, so many are judged by the diagnosis.
 constexpr std::size_t kMostJudged = 64;
 
+/// How near, as a share of it, a depth at the end of the range is.
+constexpr double kAtEnd = 1e-9;
+
 /// Sigma of a depth that is told [m]: as good as exact.
 constexpr double kToldSigma_Z = 1e-6;
 
@@ -64,6 +67,11 @@ struct Observer::Parts {
                        const std::vector<TrackedPoint>& points) const;
   void setTruth(FeatureRecord& feature, const Exposure& exposure) const;
   void noteHidden(double time_s, const FeatureRecord& feature);
+  bool isHeld(const DepthEstimate& estimate) const {
+    const DepthRange& range = estimator->range();
+    return estimate.Z() >= range.Z_max * (1 - kAtEnd) || estimate.Z() <= range.Z_min * (1 + kAtEnd);
+  }
+  void judgeRange(RunLog& log) const;
 
   ObserverSetup setup;
   std::unique_ptr<PointSetEstimator> estimator;
@@ -195,6 +203,8 @@ void Observer::Parts::watch(double time_s, const std::vector<TrackedPoint>& poin
 FeatureRecord Observer::Parts::record(int id, DepthEstimate estimate, const Exposure& exposure,
                                       const std::vector<TrackedPoint>& points) const {
   if (diagnosis) estimate = diagnosis->honest(estimate);
+  // At the end of the range nothing is known but that the depth is beyond.
+  if (isHeld(estimate)) estimate.sigma_chi = std::max(estimate.sigma_chi, estimate.chi);
   FeatureRecord feature =
       featureRecord(id, estimate, points, setup.camera, diagnosis ? &*diagnosis : nullptr);
   setTruth(feature, exposure);
@@ -268,14 +278,37 @@ void Observer::Parts::giveUpMovingPoints() {
 void Observer::Parts::noteCoverage(double time_s, Coverage now) {
   if (now == coverage) return;
   coverage = now;
-  note(time_s, now == Coverage::complete ? std::string("odometry covers the images again")
-                                         : fmt::format("odometry: {}", toString(now)));
+  if (now == Coverage::complete) return note(time_s, "odometry covers the images again");
+  const double since_s = odometry.unknownSince(lastTime_s, time_s);
+  const std::string since =
+      std::isnan(since_s) ? "" : fmt::format("; the motion is not known since {:.3f} s", since_s);
+  note(time_s, fmt::format("odometry: {}{}", toString(now), since));
+}
+
+/// Depths that stand at the end of the range are a sign of another unit.
+void Observer::Parts::judgeRange(RunLog& log) const {
+  if (!log.diagnosis || log.diagnosis->isFault() || setup.ids.empty()) return;
+  const auto held =
+      static_cast<std::size_t>(std::count_if(setup.ids.begin(), setup.ids.end(), [&](int id) {
+        const DepthEstimate estimate = estimator->estimate(id);
+        return isMeasured(estimate.status) && isHeld(estimate);
+      }));
+  if (2 * held <= setup.ids.size()) return;
+  const DepthRange& range = estimator->range();
+  log.diagnosis->latest.cause = ConsistencyMonitor::Cause::unit;
+  log.diagnosis->first_s = lastTime_s;
+  log.diagnosis->explanation = fmt::format(
+      "{} of {} depths are held at the end of the range {:g} to {:g} m: the true ones are beyond; "
+      "is "
+      "the twist in m/s, is the range right?",
+      held, setup.ids.size(), range.Z_min, range.Z_max);
 }
 
 void Observer::finish(RunLog& log) {
   Parts& p = *parts_;
   if (p.targetPose) log.odometry = std::move(p.rowsByTarget);
   if (p.diagnosis) log.diagnosis = p.diagnosis->result();
+  p.judgeRange(log);
   log.joint = jointStatesOf(*p.estimator);
   log.frameRate = p.frameRate.report();
   if (p.tags) log.tags = p.tags->results();

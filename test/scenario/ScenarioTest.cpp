@@ -389,9 +389,9 @@ TEST_F(ScenarioTest, any_text_gives_a_sane_scenario_or_an_input_error) {
 }
 
 TEST(EstimatorNameTest, names_of_this_version_are_accepted_elsewhere_too) {
-  EXPECT_EQ(availableEstimator("true", {"--estimator", 0, ""}), EstimatorKind::trueDepth);
+  EXPECT_EQ(estimatorNamed("true", {"--estimator", 0, ""}), EstimatorKind::trueDepth);
   EXPECT_STREQ(toString(EstimatorKind::twoFrame), "two-frame");
-  EXPECT_EQ(availableEstimator("pose", {"--estimator", 0, ""}), EstimatorKind::pose);
+  EXPECT_EQ(estimatorNamed("pose", {"--estimator", 0, ""}), EstimatorKind::pose);
 }
 
 }  // namespace

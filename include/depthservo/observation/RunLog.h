@@ -67,6 +67,9 @@ struct RunDiagnosis {
   /// Innovations smaller than declared are no fault: sigma is too large, that is all.
   bool isFault() const { return std::isfinite(first_s); }
 
+  /// Whether the motion, as given, is not that of the images: what follows from it says nothing.
+  bool isMotion() const;
+
   std::string message() const;
 };
 
