@@ -81,6 +81,15 @@ double consideredNis(const FilterPoint& p, const FilterInnovation<double>& nu, d
   return (c * nu.x * nu.x - 2 * b * nu.x * nu.y + a * nu.y * nu.y) / (a * c - b * b);
 }
 
+/// What is not known of the bias by measured odometry noise: a share of it, as the level of the noise
+/// is not known exactly, and more of its square, the next order.
+double biasVariance(const FilterPoint& p) {
+  constexpr double kShare = 0.3, kOfSquare = 4;
+  const double bias2 = p.bias * p.bias, chi2 = p.chi * p.chi;
+  const double relative2 = bias2 < chi2 ? bias2 / chi2 : 1;
+  return std::min(bias2 * (kShare + kOfSquare * relative2), kLargestVariance);
+}
+
 }  // namespace
 
 double measurementVariance(double sigma) {
@@ -222,6 +231,7 @@ void correctPointDepth(FilterPoint& p, const DepthPrior& usable, const DepthRang
   p.xc *= left;
   p.yc *= left;
   p.cc = std::max(p.cc * left, kLeastShare * p.cc);
+  p.bias *= left;
 }
 
 DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noise, double dt,
@@ -232,7 +242,7 @@ DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noi
   e.x = p.x;
   e.y = p.y;
   e.chi = range.clampChi(p.chi);
-  e.sigma_chi = std::sqrt(std::max(p.cc + extra.cc, 0.));
+  e.sigma_chi = std::sqrt(std::max(p.cc + biasVariance(p) + extra.cc, 0.));
   e.sigma_xy = std::sqrt(std::max({p.xx + extra.xx, p.yy + extra.yy, 0.}));
   const double parallax = std::sqrt(p.parallax2);
   e.excitation = dt > 0 ? std::min(parallax / dt, kLargestSpeed) : 0;

@@ -40,7 +40,7 @@ struct FilterPoint {
 
   double x = 0, y = 0, chi = 1;                           // chi is not bounded
   double xx = 0, xy = 0, xc = 0, yy = 0, yc = 0, cc = 0;  // covariance, c is chi
-  double pull = 0;                                        // OdometryNoise::Step::pull, summed
+  double noise_t = 0, noise_xy = 0, bias = 0, levelSum = 2, levelWeight = 4;  // FilterBias
   double scale[3] = {0, 0, 0}, focal[3] = {0, 0, 0};      // d(error of x, y, chi) by either
   double parallax2 = 0;                                   // of the last motion [m^2]
   double r = 0;                                           // variance of the last measurement
@@ -70,7 +70,9 @@ struct FilterPoint {
 /// Measured odometry noise stands in the gain and in the innovation at once (errors in variables),
 /// which would pull chi to zero while the camera rests. Hence the entries d(x, y)/dchi of F that
 /// make the covariance are scaled by rho (OdometryNoise::Step): rest and pure rotation teach
-/// nothing. What pull is left is calculated and taken back while sigma_chi is below chi / 5.
+/// nothing. What bias is left is taken back as far as the innovations show the noise to be there;
+/// declared noise that is not there does not shift the depth. What they leave open of it is part of
+/// the reported sigma.
 ///
 /// Uncertainties that cannot be estimated (odometryScaleSigma, focalSigma) are considered (Schmidt
 /// 1966): the estimate is not touched, the sensitivity of its error to each is carried along, and
@@ -105,7 +107,8 @@ class InverseDepthFilter : public DepthEstimator {
   void correctDepth(const DepthPrior& measured) override;
   DepthEstimate estimate() const override;
 
-  /// chi [1/m] without bounds and without anything considered: what the filter believes itself.
+  /// chi [1/m] without bounds and without anything considered, nor the uncertainty of the bias of
+  /// odometry noise: what the filter believes itself.
   double chi() const { return point_.chi; }
   double variance_chi() const { return point_.cc; }
 
