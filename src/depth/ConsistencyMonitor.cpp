@@ -356,8 +356,7 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
   const double explained = judgeModel(d);
   const bool manyRejected = far_ > kManyRejected * measured_;
   const bool areOutliers = nis.mean < kOthersAgree && rejected_ > kUnexplained * far_;
-  if (manyRejected && !areOutliers &&
-      (d.values < kFewestValues || explained < (1 - kUnexplained) * excess_)) {
+  if (manyRejected && !areOutliers && explained < (1 - kUnexplained) * excess_) {
     d.cause = Cause::motion;
     d.rival = Cause::none;
     d.size = far_ / measured_;

@@ -63,7 +63,7 @@ void letDrift(FilterPoint& p, const UnknownPart& unknown) {
       widened({sigma_xy, std::sqrt(std::max(p.cc, 0.))}, {p.x, p.y, p.chi}, unknown);
   p.xx = p.yy = wide.xy * wide.xy;
   p.cc = std::min(wide.chi * wide.chi, kLargestVariance);
-  p.xy = p.xc = p.yc = p.pull = 0;
+  p.xy = p.xc = p.yc = p.noise_t = p.noise_xy = p.bias = 0;
   p.accepted = 0;
   p.rejections = 0;
   p.phase = Phase::adrift;

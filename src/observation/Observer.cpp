@@ -291,7 +291,8 @@ void Observer::Parts::judgeRange(RunLog& log) const {
   const auto held =
       static_cast<std::size_t>(std::count_if(setup.ids.begin(), setup.ids.end(), [&](int id) {
         const DepthEstimate estimate = estimator->estimate(id);
-        return isMeasured(estimate.status) && isHeld(estimate);
+        return estimate.status != DepthStatus::unset &&
+               estimate.status != DepthStatus::lost && isHeld(estimate);
       }));
   if (2 * held <= setup.ids.size()) return;
   const DepthRange& range = estimator->range();

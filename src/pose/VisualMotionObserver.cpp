@@ -439,6 +439,13 @@ Matrix6d VisualMotionObserver::covariance(double corrected) const {
 
 /// The point where this pose has it, with the sigmas of that time; its status does not change,
 /// unless it is out of sight.
+namespace {
+
+/// The greatest value also where the numbers have failed.
+double bounded(double sigma, double most) { return sigma >= 0 && sigma < most ? sigma : most; }
+
+}  // namespace
+
 DepthEstimate VisualMotionObserver::estimateAt(const Instant& instant, int id) const {
   DepthEstimate e;
   const Eigen::Vector3d& p = points_[static_cast<std::size_t>(id)];
@@ -459,8 +466,8 @@ DepthEstimate VisualMotionObserver::estimateAt(const Instant& instant, int id) c
   const double var_x = variance(byPoseError(chi * (R.row(0).transpose() - e.x * sight), p));
   const double var_y = variance(byPoseError(chi * (R.row(1).transpose() - e.y * sight), p));
   const double sigma_Z = std::sqrt(variance(byPoseError(sight, p)));
-  e.sigma_chi = std::min(squared(e.chi) * sigma_Z, DepthPrior::kLargestSigma_chi);
-  e.sigma_xy = std::min(std::sqrt(0.5 * (var_x + var_y)), PointMeasurement::kLargestSigma);
+  e.sigma_chi = bounded(squared(e.chi) * sigma_Z, DepthPrior::kLargestSigma_chi);
+  e.sigma_xy = bounded(std::sqrt(0.5 * (var_x + var_y)), PointMeasurement::kLargestSigma);
 
   const Measured& measured = measured_[static_cast<std::size_t>(id)];
   const bool isHidden = !isOnImage_ || !measured.isSeen || phase_ == Phase::coasting;
