@@ -42,8 +42,9 @@ constexpr double kLeastLatency = 0.6;
 constexpr double kLeastExplained = 25;
 
 /// No camera is calibrated worse than this; motion that hardly shows the focal length, straight
-/// ahead with noisy odometry, fits such values.
-constexpr double kLargestFocal = 0.4;
+/// ahead with noisy odometry, fits such values. Nor is a gyro that bad [rad/s], an image that late
+/// [s]: beyond, the motion is another one.
+constexpr double kLargestFocal = 0.4, kLargestGyroBias = 0.2, kLargestLatency = 0.3;
 
 /// Mean NIS of the measurements that were not rejected, below which the rejected ones are outliers
 /// rather than signs of a wrong model.
@@ -375,7 +376,10 @@ double ConsistencyMonitor::judgeModel(Diagnosis& d) const {
   Cause secondCause = Cause::none;
   const auto consider = [&](Cause cause, int first, int count) {
     const Fit fit = fitted(first, count);
-    const bool isTooLarge = cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal;
+    const bool isTooLarge =
+        (cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal) ||
+        (cause == Cause::gyroBias && fit.size > kLargestGyroBias) ||
+        (cause == Cause::latency && std::abs(fit.size) > kLargestLatency);
     const bool isCovered = fit.explained < kLeastExplained;
     if (isTooLarge || isCovered || fit.evidence < options_.evidence) return;
     const bool isTooSmall =
