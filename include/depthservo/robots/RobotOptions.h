@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "depthservo/motion/RpyPose.h"
+#include "depthservo/text/Refuse.h"
 
 namespace depthservo {
 
@@ -46,5 +47,8 @@ struct RobotOptions {
   RobotLimits limits;
   double lag = 0;  ///< time constant of the drives [s]; 0: none
 };
+
+/// What does not fit together, and what this robot does not have.
+void check(const RobotOptions& robot, const Refuse& refuse);
 
 }  // namespace depthservo

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,11 +10,14 @@
 #include "depthservo/motion/VelocityProfile.h"
 #include "depthservo/target/AprilTagTarget.h"
 #include "depthservo/target/DotTarget.h"
+#include "depthservo/text/Refuse.h"
 
 namespace depthservo {
 
 /// What the camera looks at, and how it is tracked: dots | apriltag.
 enum class TargetKind { dots, apriltag };
+
+constexpr std::size_t kMostTargetPoints = 64;
 
 /// An AprilTag on the target.
 struct TagOptions {
@@ -41,5 +45,8 @@ struct TargetOptions {
   AprilTagTarget trueTags() const;     ///< with the sizes that they have
   AprilTagTarget assumedTags() const;  ///< with the sizes that are assumed
 };
+
+/// Points or tags that do not fit together, or the type of target.
+void check(const TargetOptions& target, const Refuse& refuse);
 
 }  // namespace depthservo
