@@ -9,11 +9,11 @@
 #include <set>
 
 #include "depthservo/depth/CramerRaoBound.h"
+#include "depthservo/text/NewFolder.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "observation/ObserverSetup.h"
 #include "report/Html.h"
 #include "report/RunFiles.h"
-#include "text/NewFolder.h"
 
 namespace depthservo {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "depthservo/depth/Excitation.h"
 #include "depthservo/report/Figure.h"
+#include "depthservo/text/NewFolder.h"
 #include "report/Html.h"
 #include "report/RunFiles.h"
-#include "text/NewFolder.h"
 
 namespace depthservo {
 namespace {

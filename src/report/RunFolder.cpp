@@ -12,9 +12,9 @@
 
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/Report.h"
+#include "depthservo/text/NewFolder.h"
 #include "report/Plots.h"
 #include "report/RunFiles.h"
-#include "text/NewFolder.h"
 
 namespace depthservo {
 namespace {

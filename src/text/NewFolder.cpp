@@ -1,9 +1,8 @@
-#include "text/NewFolder.h"
+#include "depthservo/text/NewFolder.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "depthservo/report/RunFolder.h"
 #include "depthservo/text/InputError.h"
 
 namespace depthservo {
