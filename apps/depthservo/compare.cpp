@@ -134,7 +134,8 @@ void addCompare(CLI::App& app, int& exitCode) {
       app.add_subcommand("compare", "Let all estimators observe the same measurements");
   auto a = std::make_shared<CompareArguments>();
   command
-      ->add_option("DATA", a->data, "Scenario (YAML file or shipped name) or sequence (folder), see doc/formats.md")
+      ->add_option("DATA", a->data,
+                   "Scenario (YAML file or shipped name) or sequence (folder), see doc/formats.md")
       ->required();
   command
       ->add_option("--estimators", a->estimators,

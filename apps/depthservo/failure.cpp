@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <filesystem>
+#include <new>
 
 #include "depthservo/text/InputError.h"
 #include "exitCodes.h"

@@ -28,8 +28,8 @@ void printKeys(const KeyArguments& a) {
 }  // namespace
 
 void addKeys(CLI::App& app, int&) {
-  CLI::App* command = app.add_subcommand(
-      "keys", "Every key of a scenario: unit, default, range and meaning");
+  CLI::App* command =
+      app.add_subcommand("keys", "Every key of a scenario: unit, default, range and meaning");
   auto a = std::make_shared<KeyArguments>();
   command->add_option("PREFIX", a->prefix, "Only keys that begin like this, e.g. depth");
   command->add_flag("--replay", a->replay, "Keys of 'replay' in sequence.yaml instead");

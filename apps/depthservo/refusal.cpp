@@ -53,7 +53,8 @@ const CLI::Option* optionBefore(const std::string& word, const CLI::App& command
                                 const std::vector<std::string>& arguments) {
   auto at = std::find(arguments.rbegin(), arguments.rend(), word);
   if (at != arguments.rend()) ++at;
-  at = std::find_if(at, arguments.rend(), [](const std::string& a) { return a.rfind("--", 0) == 0; });
+  at = std::find_if(at, arguments.rend(),
+                    [](const std::string& a) { return a.rfind("--", 0) == 0; });
   if (at == arguments.rend()) return nullptr;
   const CLI::Option* option = command.get_option_no_throw(at->substr(0, at->find('=')));
   return option && option->get_items_expected_max() > 0 ? option : nullptr;
@@ -68,11 +69,10 @@ std::string tooMany(const std::string& word, const CLI::App& command,
   }
   constexpr int kAnyNumber = 1000;
   const std::string name = option->get_name();
-  return fmt::format("'{}' is one value too many: {} takes {}{}", word, name,
-                     option->get_type_name(),
-                     option->get_items_expected_max() < kAnyNumber
-                         ? std::string()
-                         : fmt::format("; repeat {} for each", name));
+  return fmt::format(
+      "'{}' is one value too many: {} takes {}{}", word, name, option->get_type_name(),
+      option->get_items_expected_max() < kAnyNumber ? std::string()
+                                                    : fmt::format("; repeat {} for each", name));
 }
 
 }  // namespace

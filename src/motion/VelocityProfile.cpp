@@ -28,8 +28,7 @@ std::string objection(const VelocityProfile& profile, std::size_t size) {
   double until = 0;
   for (const VelocitySegment& segment : profile) {
     if (segment.until <= until) {
-      why << "until = " << segment.until << " s comes after " << until
-          << " s; times must increase";
+      why << "until = " << segment.until << " s comes after " << until << " s; times must increase";
       return why.str();
     }
     until = segment.until;

@@ -36,7 +36,8 @@ void check(const EstimatorOptions& depth, const Refuse& refuse) {
     refuse("Z_min", fmt::format("{} m must be below Z_max = {} m", depth.Z_min, depth.Z_max));
   }
   if (depth.object && depth.estimator != EstimatorKind::nonlinear) {
-    refuse("object", fmt::format("needs the estimator nonlinear, not {}", toString(depth.estimator)));
+    refuse("object",
+           fmt::format("needs the estimator nonlinear, not {}", toString(depth.estimator)));
   }
   if (depth.gains.k.has_value() != depth.gains.k_3.has_value()) {
     refuse(depth.gains.k ? "gains.k" : "gains.k_3",

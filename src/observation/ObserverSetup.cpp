@@ -36,9 +36,10 @@ void requireTarget(const ObservedSource& source) {
 
 void requireTruth(const ObservedSource& source) {
   if (source.hasTruth) return;
-  throw InputError({source.place, 0, ""},
-                   "the estimator 'true' is told the true depths: needs truth.csv; use constant, or "
-                   "let them be observed");
+  throw InputError(
+      {source.place, 0, ""},
+      "the estimator 'true' is told the true depths: needs truth.csv; use constant, or "
+      "let them be observed");
 }
 
 /// \param what needs the target in the images

@@ -2,14 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "text/below.h"
+
 namespace depthservo {
 namespace {
-
-Refuse below(const std::string& section, const Refuse& refuse) {
-  return [=](const std::string& key, const std::string& message) {
-    refuse(section + "." + key, message);
-  };
-}
 
 void checkHidden(const HiddenPeriod& hidden, std::size_t points, const Refuse& refuse) {
   if (hidden.from >= hidden.to) {
@@ -18,8 +14,8 @@ void checkHidden(const HiddenPeriod& hidden, std::size_t points, const Refuse& r
   }
   for (const int point : hidden.points) {
     if (point >= static_cast<int>(points)) {
-      refuse("sensing.hidden", fmt::format("there is no point {}; the target has points 0 to {}",
-                                           point, points - 1));
+      refuse("sensing.hidden",
+             fmt::format("there is no point {}; the target has points 0 to {}", point, points - 1));
     }
   }
 }
@@ -46,8 +42,8 @@ void check(const SimulatedRigOptions& rig, const Refuse& refuse) {
     refuse("camera", fmt::format("the principal point ({}, {}) px lies outside the {}x{} image",
                                  camera.cx, camera.cy, camera.width, camera.height));
   }
-  check(rig.target, below("target", refuse));
-  check(rig.robot, below("robot", refuse));
+  check(rig.target, detail::below("target", refuse));
+  check(rig.robot, detail::below("robot", refuse));
   const SensingOptions& sensing = rig.sensing;
   if (sensing.tracker != rig.target.type) refuse("sensing.tracker", "must be as target.type");
   if (sensing.light_on_dark && rig.target.type == TargetKind::apriltag) {

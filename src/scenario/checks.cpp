@@ -5,15 +5,10 @@
 #include "depthservo/depth/DepthGains.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "robots/makeRobot.h"
+#include "text/below.h"
 
 namespace depthservo {
 namespace {
-
-Refuse below(const std::string& section, const Refuse& refuse) {
-  return [=](const std::string& key, const std::string& message) {
-    refuse(section + "." + key, message);
-  };
-}
 
 /// What a law cannot do with this robot, target or estimator.
 void checkLaw(const Scenario& s, const Refuse& refuse) {
@@ -37,8 +32,8 @@ void checkLaw(const Scenario& s, const Refuse& refuse) {
     }
   }
   if (s.control.features == FeatureKind::moments && s.target.points.size() < 3) {
-    refuse("control.features", fmt::format("moments need 3 points or more, the target has {}",
-                                           s.target.points.size()));
+    refuse("control.features",
+           fmt::format("moments need 3 points or more, the target has {}", s.target.points.size()));
   }
   const auto velocities = makeRobot(s.robot, s.robot.initial)->velocityNames();
   const std::string why = objection(s.control.profile, velocities.size());
@@ -95,8 +90,8 @@ void checkEstimator(const Scenario& s, const Refuse& refuse) {
 
 void checkTogether(const Scenario& scenario, const Refuse& refuse) {
   check(scenario, refuse);
-  check(scenario.depth, below("depth", refuse));
-  check(scenario.control, below("control", refuse));
+  check(scenario.depth, detail::below("depth", refuse));
+  check(scenario.control, detail::below("control", refuse));
   checkLaw(scenario, refuse);
   checkEstimator(scenario, refuse);
   checkGoal(scenario, refuse);

@@ -53,10 +53,10 @@ void describeServo(Fields& f, ControlOptions& control) {
   f.section({"excite",
              "a motion added while depths are not known (doc/estimators.md): from a sigma_Z above "
              "10 % of Z until all are below 5 %"},
-            control.excite, [](Fields& fields, ExciteOptions& excite) { describe(fields, excite); });
+            control.excite,
+            [](Fields& fields, ExciteOptions& excite) { describe(fields, excite); });
   f.choice<InteractionKind>(
-      {"interaction",
-       "interaction matrix of vpServo; desired never uses the observed depth"},
+      {"interaction", "interaction matrix of vpServo; desired never uses the observed depth"},
       control.interaction,
       {{InteractionKind::current, "current"},
        {InteractionKind::mean, "mean"},
@@ -71,8 +71,7 @@ void describe(Fields& f, ControlOptions& control) {
             "image sigma predicted for a hidden point at which the robot has slowed down to a "
             "stop; up to half of it it goes at full speed"},
            control.hidden_sigma, Range::above(0, 1e5), "px");
-  f.number({"hidden_wait",
-            "the robot waits so long for hidden points, then the run ends, `lost`"},
+  f.number({"hidden_wait", "the robot waits so long for hidden points, then the run ends, `lost`"},
            control.hidden_wait, {0, 3600}, "s");
   f.choice({"law",
             "task: the task function of Durand Petiteville et al. 2010, eq. 8, with the depths at "

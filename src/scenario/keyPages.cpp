@@ -155,8 +155,7 @@ Json typeSchema(const KeyNode& key) {
     case Type::numbers:
       return listSchema(numberSchema(key, "number"), key.size, key.size ? key.size : kLongestList);
     case Type::oneOrMore:
-      return {{"anyOf",
-               {numberSchema(key, "number"), listSchema(numberSchema(key, "number"), 1)}}};
+      return {{"anyOf", {numberSchema(key, "number"), listSchema(numberSchema(key, "number"), 1)}}};
     case Type::integers:
       return listSchema(numberSchema(key, "integer"));
     case Type::rows:

@@ -8,7 +8,8 @@
 
 namespace depthservo {
 
-/// Every key of a scenario, in its order: name, unit, range, default (the value it has) and meaning.
+/// Every key of a scenario, in its order: name, unit, range, default (the value it has) and
+/// meaning.
 void describe(detail::Fields& f, Scenario& scenario);
 
 /// The keys of `replay` in sequence.yaml.

@@ -23,9 +23,9 @@ void describeRange(Fields& f, EstimatorOptions& depth) {
 }
 
 void describeObject(Fields& f, EstimatorOptions& depth) {
-  f.flag({"object",
-          "one depth for all points (doc/depth-observer.md); needs the nonlinear estimator"},
-         depth.object);
+  f.flag(
+      {"object", "one depth for all points (doc/depth-observer.md); needs the nonlinear estimator"},
+      depth.object);
 }
 
 void describe(Fields& f, ObserverGainOptions& gains) {
@@ -94,9 +94,9 @@ void describe(Fields& f, Coupling& coupled) {
 void describePixelNoise(Fields& f, ObservationOptions& options) {
   std::optional<double> noise;
   if (options.isPixelNoiseGiven) noise = options.pixelNoise_px;
-  f.number({"pixel_noise", "1 sigma per axis", kOptional,
-            "0.5; of apriltag and klt what they measure"},
-           noise, Range::above(0, 50), "px");
+  f.number(
+      {"pixel_noise", "1 sigma per axis", kOptional, "0.5; of apriltag and klt what they measure"},
+      noise, Range::above(0, 50), "px");
   options.isPixelNoiseGiven = noise.has_value();
   if (noise) options.pixelNoise_px = *noise;
 }
@@ -108,15 +108,14 @@ void describeOdometryNoise(Fields& f, ObservationOptions& options) {
     sigma.emplace(noise->sigma_v, noise->sigma_w);
     if (!sigma->isZero()) mode = noise->mode;
   }
-  f.numbers({"odometry_noise", "1 sigma per row, white; [0, 0]: exact", kOptional,
-             "the estimator's own"},
-            sigma, {0, 10}, "m/s, rad/s");
+  f.numbers(
+      {"odometry_noise", "1 sigma per row, white; [0, 0]: exact", kOptional, "the estimator's own"},
+      sigma, {0, 10}, "m/s, rad/s");
   f.choice({"odometry_mode", "commanded: the noise is in what the camera did, not in the rows"},
            mode, odometryModes());
   if (sigma) {
-    options.odometryNoise = sigma->isZero()
-                                ? OdometryNoise::none()
-                                : OdometryNoise::white((*sigma)[0], (*sigma)[1], mode);
+    options.odometryNoise = sigma->isZero() ? OdometryNoise::none()
+                                            : OdometryNoise::white((*sigma)[0], (*sigma)[1], mode);
   }
 }
 
@@ -153,8 +152,9 @@ void describe(Fields& f, ObservationOptions& options) {
   f.section({"joint", kJoint}, [&](Fields& joint) { describe(joint, depth.joint); });
   describe(f, depth.pose);
   std::optional<Coupling> coupled = Coupling::of(depth.pose);
-  f.section({"coupled", "of the coupled regulation (doc/known-target.md), which `pose` takes part in"},
-            coupled, [](Fields& fields, Coupling& coupling) { describe(fields, coupling); });
+  f.section(
+      {"coupled", "of the coupled regulation (doc/known-target.md), which `pose` takes part in"},
+      coupled, [](Fields& fields, Coupling& coupling) { describe(fields, coupling); });
   if (coupled) coupled->to(depth.pose);
 }
 

@@ -65,9 +65,9 @@ void describe(Fields& f, RobotOptions& robot) {
              "position of the camera in the robot frame; of a pan-unicycle: in the frame of its "
              "platform"},
             robot.camera_offset, {-10, 10}, "m");
-  f.number({"camera_yaw",
-            "direction of the horizontal optical axis, from robot x towards y (unicycle)"},
-           robot.camera_yaw, ranges::kAngle, "rad");
+  f.number(
+      {"camera_yaw", "direction of the horizontal optical axis, from robot x towards y (unicycle)"},
+      robot.camera_yaw, ranges::kAngle, "rad");
   f.number({"pan_axis", "how far the pan axis lies ahead of the wheel axle (pan-unicycle)"},
            robot.pan_axis, {-10, 10}, "m");
   f.section({"arm", "of a mobile-manipulator"}, [&](Fields& arm) { describe(arm, robot.arm); });

@@ -21,8 +21,8 @@ void describe(detail::Fields& f, Scenario& s) {
     f.section(key, [&](detail::Fields& fields) { describe(fields, part); });
   };
   f.text({"name", "name in logs and reports", kRequired}, s.name);
-  f.integer({"seed", "of all noise; the same seed gives the same bytes"}, s.seed,
-            {0, 4294967295.0}, "");
+  f.integer({"seed", "of all noise; the same seed gives the same bytes"}, s.seed, {0, 4294967295.0},
+            "");
   f.number({"duration", "the run ends with `timeout` after it", kRequired}, s.duration,
            ranges::kDuration, "s");
   section({"camera", "intrinsic parameters, without distortion, and the clock", kRequired},

@@ -21,10 +21,10 @@ void describe(Fields& f, CameraOptions& camera) {
   f.number({"fy", "focal length, vertical", kRequired}, camera.fy, focal, "px");
   f.number({"cx", "principal point, in the image", kRequired}, camera.cx, centre, "px");
   f.number({"cy", "principal point, in the image", kRequired}, camera.cy, centre, "px");
-  f.oneOrMore({"rate",
-               "images per second; a list [30, 20, 60] gives the intervals between images in turn",
-               kRequired},
-              camera.rate, Range::above(0, 1000), "Hz");
+  f.oneOrMore(
+      {"rate", "images per second; a list [30, 20, 60] gives the intervals between images in turn",
+       kRequired},
+      camera.rate, Range::above(0, 1000), "Hz");
   f.number({"jitter", "every interval is longer or shorter by up to this fraction of it"},
            camera.jitter, {0, 0.9}, "");
   f.number({"dropped", "probability that an image gets lost"}, camera.dropped, {0, 0.9}, "");
@@ -48,9 +48,9 @@ void describe(Fields& f, HiddenPeriod& hidden) {
 }  // namespace
 
 void describe(Fields& f, SensingOptions& sensing) {
-  f.choice<SensingSource>({"source", "image: dots are drawn and tracked; geometry: projected points"},
-                          sensing.source,
-                          {{SensingSource::geometry, "geometry"}, {SensingSource::image, "image"}});
+  f.choice<SensingSource>(
+      {"source", "image: dots are drawn and tracked; geometry: projected points"}, sensing.source,
+      {{SensingSource::geometry, "geometry"}, {SensingSource::image, "image"}});
   f.choice({"tracker", "must agree with `target.type`", kOptional, "as `target.type`"},
            sensing.tracker, targetWords());
   f.number({"pixel_noise",
@@ -95,8 +95,7 @@ void describe(Fields& f, OdometryOptions& odometry) {
             odometry.gyro_bias, {-1, 1}, "rad/s");
   f.number({"rate", "rows per second; they need not fall on images"}, odometry.rate,
            Range::above(0, 10000), "Hz");
-  f.choice({"mode",
-            "commanded: the estimator gets the exact command, the noise moves the robot"},
+  f.choice({"mode", "commanded: the estimator gets the exact command, the noise moves the robot"},
            odometry.mode, odometryModes());
   f.number({"ticks", "resolution of the wheel encoders (unicycle); 0: perfect"}, odometry.ticks,
            {0, 0.1}, "m");

@@ -388,8 +388,9 @@ std::vector<PoseGap> gapsOf(const std::vector<CameraPose>& poses) {
 Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : folder_(folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw InputError({folder, 0, ""}, exists(folder) ? "is not a folder; a sequence is a folder"
-                                                     : "there is no such folder" + didYouMeanFile(folder));
+    throw InputError({folder, 0, ""}, exists(folder)
+                                          ? "is not a folder; a sequence is a folder"
+                                          : "there is no such folder" + didYouMeanFile(folder));
   }
   if (options.fps != 0 && !kRates.contains(options.fps)) {
     throw InputError({folder, 0, "--fps"},

@@ -5,6 +5,8 @@
 namespace depthservo {
 namespace {
 
+using Refuse = std::function<void(const std::string& key, const std::string& why)>;
+
 void checkTags(const TargetOptions& target, const Refuse& refuse) {
   if (target.points != target.trueTags().corners()) {
     refuse("points", "is for dots; a tag's points are its corners");
@@ -17,8 +19,8 @@ void checkTags(const TargetOptions& target, const Refuse& refuse) {
   for (std::size_t i = 0; i < target.tags.size(); ++i) {
     const int id = target.tags[i].id;
     if (id >= count) {
-      refuse("tags",
-             fmt::format("the family {} has the ids 0 to {}, not {}", target.family, count - 1, id));
+      refuse("tags", fmt::format("the family {} has the ids 0 to {}, not {}", target.family,
+                                 count - 1, id));
     }
     for (std::size_t j = 0; j < i; ++j) {
       if (target.tags[j].id == id) refuse("tags", fmt::format("tag {} is there twice", id));

@@ -1,11 +1,12 @@
-#include "failure.h"
-
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <new>
 #include <stdexcept>
+#include <string>
 
 #include "depthservo/text/InputError.h"
+#include "failure.h"
 
 namespace depthservo {
 namespace {

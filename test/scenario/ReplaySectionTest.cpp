@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <sstream>
 
 #include "depthservo/rig/RecordedRig.h"
 #include "depthservo/scenario/observationOf.h"
@@ -130,7 +133,8 @@ TEST_F(ReplaySectionTest, keys_mean_what_they_always_meant) {
   const ObservationOptions o = read(
       "  {estimator: joint, prior: 3, pixel_noise: 0.2, odometry_noise: [0.01, 0.02],\n"
       "   odometry_mode: commanded, odometry_scale_sigma: 0.03, focal_sigma: 0.04,\n"
-      "   joint: {focal: true}, Z_min: 0.1, Z_max: 50, settling: 2, W_min: 0.05, k: 20, k_3: 8000,\n"
+      "   joint: {focal: true}, Z_min: 0.1, Z_max: 50, settling: 2, W_min: 0.05, k: 20, k_3: "
+      "8000,\n"
       "   ke: 5, kappa: 0.3}\n");
   EXPECT_EQ(o.depth.estimator, EstimatorKind::joint);
   EXPECT_EQ(o.depth.initial, 3);

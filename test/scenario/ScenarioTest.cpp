@@ -410,7 +410,9 @@ TEST(EstimatorNameTest, names_of_scenarios_are_accepted_elsewhere_too) {
   EXPECT_EQ(estimatorNamed("true", {"--estimator", 0, ""}), EstimatorKind::trueDepth);
   EXPECT_STREQ(toString(EstimatorKind::twoFrame), "two-frame");
   EXPECT_EQ(estimatorNamed("pose", {"--estimator", 0, ""}), EstimatorKind::pose);
-  EXPECT_TRUE(isRefusal(inputErrorOf([] { estimatorNamed("fliter", {"--estimator", 0, ""}); }),
+  EXPECT_TRUE(isRefusal(inputErrorOf([] {
+                          estimatorNamed("fliter", {"--estimator", 0, ""});
+                        }),
                         {"--estimator", "'fliter'", "nearest is 'filter'"}));
 }
 

@@ -28,7 +28,7 @@ enum class MotionSource {
 struct ObservationOptions {
   TrackerKind tracker = TrackerKind::automatic;
   MotionSource motion = MotionSource::automatic;
-  EstimatorOptions depth;               ///< estimator, first guess, range
+  EstimatorOptions depth;              ///< estimator, first guess, range
   std::optional<double> priorSigma_Z;  ///< 1 sigma of the first guess [m]; none: the wide default
   double pixelNoise_px = 0.5;          ///< 1 sigma per axis told to the estimator [px]
   bool isPixelNoiseGiven = false;      ///< if not, apriltag and klt say it of each point themselves

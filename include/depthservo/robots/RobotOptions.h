@@ -17,7 +17,7 @@ struct RobotPose {
   double theta = 0;                                  ///< [rad], from world x towards y
   double pan = 0;                                    ///< of the pan platform [rad]
   Eigen::Vector3d joints = Eigen::Vector3d::Zero();  ///< q1, q2, q3 of the arm [rad]
-  RpyPose camera;                                       ///< of a free camera, wMc
+  RpyPose camera;                                    ///< of a free camera, wMc
 };
 
 struct RobotLimits {

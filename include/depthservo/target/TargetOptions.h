@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,7 +11,6 @@
 #include "depthservo/motion/VelocityProfile.h"
 #include "depthservo/target/AprilTagTarget.h"
 #include "depthservo/target/DotTarget.h"
-#include "depthservo/text/Refuse.h"
 
 namespace depthservo {
 
@@ -24,7 +24,7 @@ struct TagOptions {
   int id = 0;
   double size = 0.16;                  ///< side of the square between the corners, as it is [m]
   std::optional<double> assumed_size;  ///< as the user believes [m]; none: unknown
-  RpyPose pose;                           ///< in the object frame
+  RpyPose pose;                        ///< in the object frame
 };
 
 struct TargetOptions {
@@ -46,7 +46,9 @@ struct TargetOptions {
   AprilTagTarget assumedTags() const;  ///< with the sizes that are assumed
 };
 
-/// Points or tags that do not fit together, or the type of target.
-void check(const TargetOptions& target, const Refuse& refuse);
+/// Points or tags that do not fit together, or the type of target. \param refuse hears key and
+/// reason
+void check(const TargetOptions& target,
+           const std::function<void(const std::string& key, const std::string& why)>& refuse);
 
 }  // namespace depthservo
