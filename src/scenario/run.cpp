@@ -49,7 +49,8 @@ class Run {
  public:
   explicit Run(const Scenario& scenario) : scenario_(scenario), rig_(scenario, scenario.file) {
     requireInView(rig_.truth(), scenario, "robot.initial");
-    loop_.emplace(rig_, observationOf(scenario, rig_), scenario.control, goalOf(scenario, rig_));
+    observation_ = observationOf(scenario, rig_);  // now: a moving target takes the goal along
+    loop_.emplace(rig_, observation_, scenario.control, goalOf(scenario, rig_));
   }
 
   RunLog finish(RunWatcher* watcher) {
@@ -62,10 +63,12 @@ class Run {
   }
 
   const SimulatedRig& rig() const { return rig_; }
+  const ObservationOptions& observation() const { return observation_; }
 
  private:
   const Scenario& scenario_;
   SimulatedRig rig_;
+  ObservationOptions observation_;
   std::optional<ServoLoop> loop_;
 };
 
@@ -127,7 +130,7 @@ RunLog record(const Scenario& scenario, const std::string& folder, RunWatcher* w
   RunLog log = run.finish(&recorder);
   const ObservedSource& source = run.rig().source();
   const SequenceTarget& target = source.target;
-  ObservationOptions observation = observationOf(scenario, run.rig());
+  ObservationOptions observation = run.observation();
   if (observation.depth.estimator == EstimatorKind::pose) {  // a replay may have another frame rate
     observation.depth.pose.ke = observerGain(setupOf(source, observation));
   }
