@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "depthservo/report/RunFolder.h"
 #include "observation.h"
+#include "scenarioFile.h"
 
 namespace depthservo {
 namespace {
@@ -103,9 +104,7 @@ int compareAll(CompareArguments arguments) {
   for (const std::string& name : arguments.estimators) {
     arguments.options.estimators.push_back(estimatorNamed(name, {"--estimators", 0, ""}));
   }
-  if (!std::filesystem::exists(arguments.data)) {
-    throw InputError({arguments.data, 0, ""}, "there is no such scenario or sequence");
-  }
+  arguments.data = scenarioFile(arguments.data);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
   const Comparison comparison = std::filesystem::is_directory(arguments.data)
                                     ? compareSequence(arguments)
@@ -135,7 +134,8 @@ void addCompare(CLI::App& app, int& exitCode) {
       app.add_subcommand("compare", "Let all estimators observe the same measurements");
   auto a = std::make_shared<CompareArguments>();
   command
-      ->add_option("DATA", a->data, "Scenario (YAML file) or sequence (folder), see doc/formats.md")
+      ->add_option("DATA", a->data,
+                   "Scenario (YAML file or shipped name) or sequence (folder), see doc/formats.md")
       ->required();
   command
       ->add_option("--estimators", a->estimators,

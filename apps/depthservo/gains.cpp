@@ -9,6 +9,7 @@
 #include "depthservo/depth/DepthGains.h"
 #include "depthservo/pose/FrameRateConditions.h"
 #include "depthservo/text/InputError.h"
+#include "observation.h"
 
 namespace depthservo {
 namespace {
@@ -140,9 +141,7 @@ void designGains(const GainArguments& a) {
   if (a.law == "depth") return designDepthGains(a);
   const bool isObserver = a.law == "observer";
   if (!isObserver && a.law != "regulation") {
-    throw InputError(
-        {"--law", 0, ""},
-        fmt::format("'{}' is not known; expected depth, observer or regulation", a.law));
+    refuseWord("--law", a.law, {"depth", "observer", "regulation"});
   }
   const bool isGiven = a.ke.has_value();
   if (isGiven && (!a.gamma || (!isObserver && !a.kc))) {
@@ -150,6 +149,10 @@ void designGains(const GainArguments& a) {
                                           ? "needs --gamma too; leave both out to design them"
                                           : "needs --kc and --gamma too; leave all out to design "
                                             "them");
+  }
+  if (!isGiven && !(a.kappa > 0)) {
+    throw InputError({"--kappa", 0, ""},
+                     "missing: how fast the target may move [m/s, rad/s], above 0");
   }
   SampledGains gains;
   nlohmann::ordered_json json;

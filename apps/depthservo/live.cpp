@@ -10,6 +10,7 @@
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/rig/LiveRig.h"
+#include "depthservo/scenario/observationOf.h"
 #include "findings.h"
 #include "observation.h"
 
@@ -107,13 +108,12 @@ int watchLive(const LiveArguments& arguments) {
   if (!arguments.target.empty()) {
     options.target = readTarget(arguments.target);
     options.targetFile = arguments.target;
-    options.observation = ObservationOptions::of(options.target.hints, arguments.target);
+    options.observation = observationOf(options.target.replay);
   }
   apply(arguments.observation, options.target.tags.has_value(), options.observation);
   options.observation.tracker = trackerNamed(arguments.tracker);
   if (arguments.motion != "twist" && arguments.motion != "target" && !arguments.motion.empty()) {
-    refuseOption("--motion",
-                 fmt::format("'{}' is not known; expected twist or target", arguments.motion));
+    refuseWord("--motion", arguments.motion, {"twist", "target"});
   }
   if (arguments.motion == "twist" && arguments.twist.empty()) {
     refuseOption("--motion", "twist needs --twist FIFO, or --twist - for standard input");

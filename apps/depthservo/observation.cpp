@@ -11,6 +11,7 @@
 
 #include "TagLines.h"
 #include "depthservo/report/Metrics.h"
+#include "depthservo/scenario/observationOf.h"
 
 namespace depthservo {
 namespace {
@@ -42,23 +43,33 @@ JointStateOptions jointNamed(const std::vector<std::string>& names) {
       joint.gyro_bias = true;
     } else if (name == "focal") {
       joint.focal = true;
-    } else if (name != "none" || names.size() > 1) {
-      refuseOption("--joint",
-                   fmt::format("'{}' is not known; expected time-offset, gyro-bias and focal, "
-                               "separated by commas, or none",
-                               name));
+    } else if (name != "none") {
+      refuseWord("--joint", name, {"time-offset", "gyro-bias", "focal", "none"});
+    } else if (names.size() > 1) {
+      refuseOption("--joint", "none stands alone");
     }
   }
   return joint;
 }
 
+/// The value of a word that is given to an option.
+template <class T>
+T named(const char* option, const std::string& word,
+        const std::vector<std::pair<std::string, T>>& choices) {
+  std::vector<std::string> valid;
+  for (const auto& [name, value] : choices) {
+    if (name == word) return value;
+    valid.push_back(name);
+  }
+  refuseWord(option, word, valid);
+}
+
 MotionSource motionNamed(const std::string& name) {
-  if (name == "auto") return MotionSource::automatic;
-  if (name == "twist") return MotionSource::twist;
-  if (name == "groundtruth") return MotionSource::groundtruth;
-  if (name == "target") return MotionSource::target;
-  refuseOption("--motion",
-               fmt::format("'{}' is not known; expected twist, groundtruth or target", name));
+  return named<MotionSource>("--motion", name,
+                             {{"twist", MotionSource::twist},
+                              {"groundtruth", MotionSource::groundtruth},
+                              {"target", MotionSource::target},
+                              {"auto", MotionSource::automatic}});
 }
 
 double median(std::vector<double> values) {
@@ -96,6 +107,12 @@ void printStatistics(const Metrics& metrics) {
 
 void refuseOption(const std::string& option, const std::string& message) {
   throw InputError({option, 0, ""}, message);
+}
+
+void refuseWord(const std::string& option, const std::string& word,
+                const std::vector<std::string>& valid) {
+  refuseOption(option, fmt::format("'{}' is not known; expected {}; the nearest is '{}'", word,
+                                   fmt::join(valid, ", "), nearestWord(word, valid)));
 }
 
 void addEstimatorOption(CLI::App& command, ObservationArguments& a) {
@@ -161,10 +178,6 @@ void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptio
     }
     options.depth.joint = jointNamed(arguments.joint);
   }
-  if (options.depth.estimator == EstimatorKind::trueDepth) {
-    refuseOption("--estimator",
-                 "'true' is for simulated runs; use constant, or let it be observed");
-  }
   if (arguments.ke) options.depth.pose.ke = arguments.ke;
   if (!arguments.prior.empty()) readPrior(arguments.prior, options);
   if (arguments.odometryNoise.size() == 2) {
@@ -177,8 +190,7 @@ void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptio
   if (!arguments.tagFamily.empty()) {
     const std::vector<std::string> families = aprilTagFamilies();
     if (std::find(families.begin(), families.end(), arguments.tagFamily) == families.end()) {
-      refuseOption("--tag-family", fmt::format("'{}' is not known; expected {}",
-                                               arguments.tagFamily, fmt::join(families, ", ")));
+      refuseWord("--tag-family", arguments.tagFamily, families);
     }
     if (hasTags) refuseOption("--tag-family", "the target names its tags already");
     options.tagFamily = arguments.tagFamily;
@@ -215,7 +227,7 @@ void addSequenceOptions(CLI::App& command, SequenceArguments& a) {
 }
 
 ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence) {
-  ObservationOptions options = ObservationOptions::of(sequence);
+  ObservationOptions options = observationOf(sequence);
   options.tracker = trackerNamed(arguments.tracker);
   options.motion = motionNamed(arguments.motion);
   apply(arguments.observation, sequence.tags().has_value(), options);
@@ -223,13 +235,12 @@ ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence&
 }
 
 TrackerKind trackerNamed(const std::string& name) {
-  if (name == "auto") return TrackerKind::automatic;
-  if (name == "dots") return TrackerKind::dots;
-  if (name == "tracks") return TrackerKind::tracks;
-  if (name == "apriltag") return TrackerKind::apriltag;
-  if (name == "klt") return TrackerKind::klt;
-  refuseOption("--tracker",
-               fmt::format("'{}' is not known; expected dots, apriltag, klt or tracks", name));
+  return named<TrackerKind>("--tracker", name,
+                            {{"dots", TrackerKind::dots},
+                             {"apriltag", TrackerKind::apriltag},
+                             {"klt", TrackerKind::klt},
+                             {"tracks", TrackerKind::tracks},
+                             {"auto", TrackerKind::automatic}});
 }
 
 void silenceImageLibraries() {

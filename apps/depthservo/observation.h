@@ -54,4 +54,8 @@ bool foundNothing(const RunLog& log);
 
 [[noreturn]] void refuseOption(const std::string& option, const std::string& message);
 
+/// Refuses a word that is not one of those valid for an option, with the nearest.
+[[noreturn]] void refuseWord(const std::string& option, const std::string& word,
+                             const std::vector<std::string>& valid);
+
 }  // namespace depthservo

@@ -84,8 +84,7 @@ int replaySequence(const ReplayArguments& arguments) {
   if (arguments.update && arguments.baseline.empty())
     refuseOption("--update", "needs --baseline FILE");
   if (arguments.observe != "depth" && arguments.observe != "focal") {
-    refuseOption("--observe",
-                 fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
+    refuseWord("--observe", arguments.observe, {"depth", "focal"});
   }
   const Sequence sequence(arguments.sequence, arguments.data.source);
   const ObservationOptions options = optionsOf(arguments.data, sequence);

@@ -1,6 +1,7 @@
 #include "depthservo/papers/Reproduce.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <memory>
@@ -8,7 +9,7 @@
 #include "ProgressBar.h"
 #include "commands.h"
 #include "depthservo/report/RunFolder.h"
-#include "depthservo/text/InputError.h"
+#include "observation.h"
 
 namespace depthservo {
 namespace {
@@ -19,10 +20,11 @@ struct ReproduceArguments {
   bool json = false;
 };
 
-std::string names() {
-  std::string names;
-  for (const Paper& paper : papers()) names += fmt::format("{} | ", paper.name);
-  return names + "all";
+std::vector<std::string> names() {
+  std::vector<std::string> names;
+  for (const Paper& paper : papers()) names.push_back(paper.name);
+  names.push_back("all");
+  return names;
 }
 
 std::vector<Paper> papersNamed(const std::string& name) {
@@ -30,10 +32,7 @@ std::vector<Paper> papersNamed(const std::string& name) {
   for (const Paper& paper : papers()) {
     if (name == paper.name || name == "all") chosen.push_back(paper);
   }
-  if (chosen.empty()) {
-    throw InputError({"reproduce", 0, ""},
-                     fmt::format("'{}' is not in this version; expected {}", name, names()));
-  }
+  if (chosen.empty()) refuseWord("reproduce", name, names());
   return chosen;
 }
 
@@ -76,7 +75,7 @@ void addReproduce(CLI::App& app, int& exitCode) {
       "reproduce",
       "Run the simulations of a paper, theirs against ours; exit 1 when a figure is off");
   auto a = std::make_shared<ReproduceArguments>();
-  command->add_option("PAPER", a->paper, names())->required();
+  command->add_option("PAPER", a->paper, fmt::format("{}", fmt::join(names(), " | ")))->required();
   command->add_flag("--full", a->options.full, "More seeds and finer searches");
   command->add_flag("--json", a->json, "Print the rows as one JSON array on stdout");
   command

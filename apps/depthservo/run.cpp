@@ -12,6 +12,7 @@
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/text/InputError.h"
 #include "findings.h"
+#include "scenarioFile.h"
 
 namespace depthservo {
 namespace {
@@ -64,7 +65,7 @@ int exitCodeOf(const Scenario& scenario, Outcome outcome) {
 }
 
 int runScenario(const RunArguments& arguments) {
-  const Scenario scenario = Scenario::load(arguments.scenario, arguments.overrides);
+  const Scenario scenario = Scenario::load(scenarioFile(arguments.scenario), arguments.overrides);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
   auto view = arguments.view ? viewOf(scenario) : nullptr;
 
@@ -92,7 +93,7 @@ int runScenario(const RunArguments& arguments) {
 void addRun(CLI::App& app, int& exitCode) {
   CLI::App* command = app.add_subcommand("run", "Servo a simulated robot to its goal");
   auto arguments = std::make_shared<RunArguments>();
-  command->add_option("SCENARIO", arguments->scenario, "YAML file, see doc/formats.md")->required();
+  command->add_option("SCENARIO", arguments->scenario, kScenarioHelp)->required();
   command
       ->add_option("--set", arguments->overrides,
                    "Override a key of the scenario, e.g. depth.initial=8; may be repeated")

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "depthservo/motion/Motion.h"
+#include "depthservo/text/didYouMean.h"
 #include "sequence/FrameTable.h"
 #include "sequence/GrayImage.h"
 #include "sequence/ImageFolder.h"
@@ -83,59 +84,6 @@ std::vector<double> timesOf(const std::vector<Timed>& list) {
   return times;
 }
 
-ReplayHints readHints(const detail::StrictMapping& settings) {
-  const StrictMapping replay = settings.mapping(
-      "replay", {"estimator", "prior", "pixel_noise", "odometry_noise", "odometry_mode",
-                 "odometry_scale_sigma", "focal_sigma", "joint", "Z_min", "Z_max", "settling",
-                 "W_min", "k", "k_3", "ke", "kappa"});
-  ReplayHints hints;
-  const auto number = [&](const char* key, std::optional<double>& value, const Range& range,
-                          const char* unit) {
-    if (replay.has(key)) value = replay.number(key, range, unit);
-  };
-  if (replay.has("estimator")) hints.estimator = replay.text("estimator");
-  number("prior", hints.prior, Range::above(0, 1e6), "m");
-  number("pixel_noise", hints.pixel_noise, Range::above(0, 50), "px");
-  number("Z_min", hints.Z_min, Range::above(0, 1e6), "m");
-  number("Z_max", hints.Z_max, Range::above(0, 1e6), "m");
-  number("settling", hints.settling, Range::above(0, 1000), "s");
-  number("W_min", hints.W_min, Range::above(0, 10), "m/s");
-  number("ke", hints.ke, Range::above(0, 1000), "1/s");
-  number("kappa", hints.kappa, Range::above(0, 100), "m/s, rad/s");
-  number("k", hints.k, Range::above(0, 1e6), "1/s");
-  number("k_3", hints.k_3, {0, 1e12}, "1/m^2");
-  if (replay.has("odometry_noise")) {
-    const auto noise = replay.numbers("odometry_noise", 2, {0, 10}, "m/s, rad/s");
-    hints.odometry_noise = Eigen::Vector2d(noise[0], noise[1]);
-  }
-  if (replay.has("odometry_mode")) {
-    const std::string mode = replay.text("odometry_mode");
-    if (mode != "measured" && mode != "commanded") {
-      replay.fail("odometry_mode", "expected measured or commanded");
-    }
-    if (mode == "commanded") hints.odometry_mode = OdometryMode::commanded;
-  }
-  number("odometry_scale_sigma", hints.odometry_scale_sigma, {0, 1}, "");
-  number("focal_sigma", hints.focal_sigma, {0, 1}, "");
-  if (replay.has("joint")) {
-    const StrictMapping joint = replay.mapping("joint", {"time_offset", "gyro_bias", "focal"});
-    ReplayHints::Joint learnt;
-    for (const auto& [key, value] : {std::pair{"time_offset", &learnt.time_offset},
-                                     {"gyro_bias", &learnt.gyro_bias},
-                                     {"focal", &learnt.focal}}) {
-      if (joint.has(key)) *value = joint.flag(key);
-    }
-    hints.joint = learnt;
-  }
-  if (hints.k.has_value() != hints.k_3.has_value()) {
-    replay.fail(hints.k ? "k" : "k_3", "k and k_3 go together; give both, or settling and W_min");
-  }
-  if (hints.Z_min && hints.Z_max && !(*hints.Z_min < *hints.Z_max)) {
-    replay.fail("Z_max", "expected more than Z_min");
-  }
-  return hints;
-}
-
 const std::vector<std::string>& settingsKeys() {
   static const std::vector<std::string> keys = {"name",   "depth_scale", "target", "dots",
                                                 "images", "image_bits",  "replay"};
@@ -161,7 +109,6 @@ SequenceTarget targetOf(const StrictMapping& settings) {
       if (seen.tags->hasSizes()) seen.target.points = seen.tags->corners();
     } else {
       for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
-        if (point[2] != 0) target.fail("points", "the dots lie on a flat plate, write z = 0");
         seen.target.points.emplace_back(point[0], point[1], point[2]);
       }
       if (seen.target.points.empty()) target.fail("points", "expected at least 1 point");
@@ -178,7 +125,10 @@ SequenceTarget targetOf(const StrictMapping& settings) {
                                         seen.target.points.size(), seen.dots.size()));
     }
   }
-  if (settings.has("replay")) seen.hints = readHints(settings);
+  if (settings.has("replay")) {
+    seen.replay = {settings.file(),
+                   std::make_shared<const detail::YamlValue>(settings.value("replay"))};
+  }
   return seen;
 }
 
@@ -233,8 +183,9 @@ std::vector<TimeSpan> gapsOf(const std::vector<CameraPose>& poses) {
 Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : folder_(folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw InputError({folder, 0, ""}, exists(folder) ? "is not a folder; a sequence is a folder"
-                                                     : "there is no such folder");
+    throw InputError({folder, 0, ""}, exists(folder)
+                                          ? "is not a folder; a sequence is a folder"
+                                          : "there is no such folder" + didYouMeanFile(folder));
   }
   if (options.fps != 0 && !kRates.contains(options.fps)) {
     throw InputError({folder, 0, "--fps"},
@@ -321,7 +272,7 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
   target_ = std::move(seen.target);
   tags_ = std::move(seen.tags);
   dots_ = std::move(seen.dots);
-  hints_ = seen.hints;
+  replay_ = std::move(seen.replay);
   if (settings.has("images")) {
     const StrictMapping images = settings.mapping("images", {"folder", "pattern", "rate"});
     const std::string name = images.text("folder"), pattern = images.text("pattern");

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <sstream>
 
 #include "sequence/GrayImage.h"
 #include "text/TextFile.h"
@@ -35,35 +36,6 @@ std::string cameraInfo(const PinholeCamera& camera) {
       "0]\n",
       camera.width, camera.height, fx, cx, fy, cy, exact(d.k1()), exact(d.k2()), exact(d.p1()),
       exact(d.p2()), exact(d.k3()), fx, cx, fy, cy);
-}
-
-std::string replayYaml(const ReplayHints& hints) {
-  std::string text;
-  const auto add = [&](const char* key, const std::optional<double>& value) {
-    if (value) text += fmt::format("  {}: {}\n", key, exact(*value));
-  };
-  if (hints.estimator) text += fmt::format("  estimator: {}\n", *hints.estimator);
-  add("prior", hints.prior);
-  add("pixel_noise", hints.pixel_noise);
-  if (const auto& noise = hints.odometry_noise) {
-    text += fmt::format("  odometry_noise: [{}, {}]\n", exact(noise->x()), exact(noise->y()));
-  }
-  if (hints.odometry_mode == OdometryMode::commanded) text += "  odometry_mode: commanded\n";
-  add("odometry_scale_sigma", hints.odometry_scale_sigma);
-  add("focal_sigma", hints.focal_sigma);
-  if (const auto& joint = hints.joint) {
-    text += fmt::format("  joint: {{time_offset: {}, gyro_bias: {}, focal: {}}}\n",
-                        joint->time_offset, joint->gyro_bias, joint->focal);
-  }
-  add("Z_min", hints.Z_min);
-  add("Z_max", hints.Z_max);
-  add("settling", hints.settling);
-  add("W_min", hints.W_min);
-  add("ke", hints.ke);
-  add("kappa", hints.kappa);
-  add("k", hints.k);
-  add("k_3", hints.k_3);
-  return text.empty() ? "" : "replay:\n" + text;
 }
 
 std::string tagsYaml(const AprilTagTarget& target) {
@@ -107,7 +79,11 @@ std::string sequenceYaml(const SequenceSettings& settings) {
                  }) +
             "\n";
   }
-  text += replayYaml(settings.replay);
+  if (!settings.replay.empty()) {
+    text += "replay:\n";
+    std::istringstream lines(settings.replay);
+    for (std::string line; std::getline(lines, line);) text += "  " + line + "\n";
+  }
   return text.empty() ? "{}\n" : text;
 }
 

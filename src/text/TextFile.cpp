@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "depthservo/text/didYouMean.h"
+
 namespace depthservo::detail {
 namespace {
 
@@ -52,7 +54,7 @@ std::string readFile(const std::string& path, std::size_t largest) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (status.type() == std::filesystem::file_type::not_found) {
-    throw InputError({path, 0, ""}, "there is no such file");
+    throw InputError({path, 0, ""}, "there is no such file" + didYouMeanFile(path));
   }
   if (std::filesystem::is_directory(status)) {
     throw InputError({path, 0, ""}, "is a folder, expected a file");

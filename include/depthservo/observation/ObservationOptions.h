@@ -5,7 +5,6 @@
 
 #include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/observation/EstimatorOptions.h"
-#include "depthservo/sequence/Sequence.h"
 
 namespace depthservo {
 
@@ -43,11 +42,6 @@ struct ObservationOptions {
   double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
 
   DepthPrior prior() const;  ///< of every point
-
-  /// As the sequence itself asks for, with the defaults above for the rest. \throw InputError
-  static ObservationOptions of(const Sequence& sequence);
-  /// \param file where the hints stand, for messages
-  static ObservationOptions of(const ReplayHints& hints, const std::string& file);
 };
 
 }  // namespace depthservo

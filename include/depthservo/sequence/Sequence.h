@@ -3,12 +3,12 @@
 #include <visp3/core/vpImage.h>
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "depthservo/camera/PinholeCamera.h"
-#include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/sequence/ClockCheck.h"
 #include "depthservo/sequence/DepthMap.h"
@@ -21,6 +21,7 @@ namespace depthservo {
 
 namespace detail {
 struct ImageSize;
+struct YamlValue;
 }
 
 /// A point in an image, by its id.
@@ -71,24 +72,11 @@ std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses)
 /// in it is not known, only where it went.
 std::vector<TimeSpan> gapsOf(const std::vector<CameraPose>& poses);
 
-/// What a sequence says of how to observe depth in it ("replay" in sequence.yaml); the rest is left
-/// to the user.
-struct ReplayHints {
-  std::optional<std::string> estimator;
-  std::optional<double> prior;                    ///< first guess of every depth [m]
-  std::optional<double> pixel_noise;              ///< 1 sigma per axis [px]
-  std::optional<Eigen::Vector2d> odometry_noise;  ///< 1 sigma per row [m/s, rad/s]
-  OdometryMode odometry_mode = OdometryMode::measured;
-  std::optional<double> odometry_scale_sigma;  ///< relative, 1 sigma
-  std::optional<double> focal_sigma;           ///< relative, 1 sigma
-  /// What the joint filter learns besides depths.
-  struct Joint {
-    bool time_offset = true, gyro_bias = false, focal = false;
-  };
-  std::optional<Joint> joint;
-  std::optional<double> Z_min, Z_max;             ///< [m]
-  std::optional<double> settling, W_min, k, k_3;  ///< gains of the nonlinear observer
-  std::optional<double> ke, kappa;  ///< of the known target's observer [1/s], [m/s, rad/s]
+/// What a file says of how to observe depth ("replay" in sequence.yaml), as it was written: what it
+/// means, observationOf knows.
+struct ReplaySection {
+  std::string file;                                ///< for messages
+  std::shared_ptr<const detail::YamlValue> value;  ///< null: there is none
 };
 
 /// What is to be tracked, as sequence.yaml tells it.
@@ -97,7 +85,7 @@ struct SequenceTarget {
   std::optional<AprilTagTarget> tags{};  ///< empty when the target is of another type
   std::vector<PixelPoint>
       dots{};  ///< start positions in the first image, ids 0, 1, ...; may be empty
-  ReplayHints hints{};
+  ReplaySection replay{};
 };
 
 /// `target`, `dots` and `replay` of a file with the keys of sequence.yaml. Throws InputError; so it
@@ -147,10 +135,10 @@ class Sequence {
   /// id.
   const std::vector<PixelPoint>& dots() const { return dots_; }
 
-  const ReplayHints& replayHints() const { return hints_; }
+  const ReplaySection& replaySection() const { return replay_; }
 
   /// The three above in one.
-  SequenceTarget seen() const { return {target_, tags_, dots_, hints_}; }
+  SequenceTarget seen() const { return {target_, tags_, dots_, replay_}; }
 
   /// How the times of the images and those of the odometry, or of the poses when there is none, fit
   /// together; empty when there are neither. (That they do not overlap at all is refused.)
@@ -196,7 +184,7 @@ class Sequence {
   DotTarget target_;
   std::optional<AprilTagTarget> tags_;
   std::vector<PixelPoint> dots_;
-  ReplayHints hints_;
+  ReplaySection replay_;
   bool hasImages_ = false, hasTracks_ = false;
   int imageBits_ = 0;  // used by images of 16; 0: not known
   std::optional<ClockCheck> clocks_;

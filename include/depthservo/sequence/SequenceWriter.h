@@ -26,7 +26,7 @@ struct SequenceSettings {
   PinholeCamera camera;
   DotTarget target;              ///< no points: unknown
   std::vector<PixelPoint> dots;  ///< start positions, ids 0, 1, ... in this order; may be empty
-  ReplayHints replay;
+  std::string replay;            ///< keys of the section `replay`, YAML; may be empty
   std::optional<AprilTagTarget> tags = {};  ///< instead of the target
 };
 
