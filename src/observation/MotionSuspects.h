@@ -5,6 +5,7 @@
 
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/observation/RunLog.h"
+#include "depthservo/sequence/Sequence.h"
 
 namespace depthservo {
 
