@@ -9,6 +9,7 @@
 #include "depthservo/depth/DepthGains.h"
 #include "depthservo/pose/FrameRateConditions.h"
 #include "depthservo/text/InputError.h"
+#include "numbers.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -210,7 +211,7 @@ void addGains(CLI::App& app, int&) {
   const auto positive = [&](const char* flag, auto& value, const char* help, const char* type) {
     return command->add_option(flag, value, help)
         ->type_name(type)
-        ->check(CLI::PositiveNumber)
+        ->check(aboveZero())
         ->group("--law depth");
   };
   positive("--settling", a->settling, "Time in which an error of the depth falls to 2 % [s]", "S");
@@ -239,7 +240,7 @@ void addGains(CLI::App& app, int&) {
       ->add_option("--pose-noise", a->poseNoise,
                    "Noise of the pose from one image [m]; adds the gain that is likely best")
       ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
+      ->check(zeroOrMore());
   command->add_flag("--sharp", a->sharp, "Sharper norms in the same proofs");
   command->add_flag("--json", a->json, "Print one JSON object on stdout");
   command->callback([a] { designGains(*a); });

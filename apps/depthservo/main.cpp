@@ -1,6 +1,9 @@
 #include <fmt/core.h>
 
+#include <csignal>
+
 #include "commands.h"
+#include "depthservo/text/InterruptWatch.h"
 #include "failure.h"
 #include "refusal.h"
 
@@ -49,6 +52,11 @@ int run(int argc, char** argv) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
     fmt::print(stderr, "depthservo: {}\n", refusal(app, error, {argv + 1, argv + argc}));
+    return kBadInput;
+  } catch (const Interrupted& interrupted) {
+    fmt::print(stderr, "interrupted; nothing was written\n");
+    std::signal(interrupted.signal, SIG_DFL);
+    std::raise(interrupted.signal);
     return kBadInput;
   } catch (...) {
     return tellFailure(std::current_exception());

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <memory>
 
 #include "ProgressBar.h"
@@ -63,6 +64,7 @@ int reproduce(const ReproduceArguments& arguments) {
     fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   }
   arguments.json ? fmt::print("{}\n", toJson(rows)) : printTable(rows);
+  std::fflush(stdout);  // before what follows on stderr, where both go to one file
   const auto passed = std::count_if(rows.begin(), rows.end(), [](const auto& r) { return r.pass; });
   fmt::print(stderr, "{} of {} figures agree\n", passed, rows.size());
   return passed == static_cast<std::ptrdiff_t>(rows.size()) ? kMet : kNotMet;

@@ -54,7 +54,7 @@ std::string verdict(const RunLog& log, const Metrics& metrics) {
   std::string text = fmt::format("{}: {} after {:.2f} s: {}", log.name, toString(log.outcome),
                                  metrics.duration_s, log.reason);
   if (std::isfinite(metrics.final_depth_error_max)) {
-    text += fmt::format("; worst depth error {:.2g} %", 100 * metrics.final_depth_error_max);
+    text += fmt::format("; worst depth error {}", inPercent(metrics.final_depth_error_max));
   }
   return text;
 }
@@ -75,11 +75,12 @@ int runScenario(const RunArguments& arguments) {
     log = run(scenario, &audience);
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
-  fmt::print(stderr, "{}\n", verdict(log, computeMetrics(log)));
+  const Metrics metrics = computeMetrics(log);
+  fmt::print(stderr, "{}\n", verdict(log, metrics));
   printFindings(log);
   printTags(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
-  if (arguments.json) fmt::print("{}\n", toJson(log));
+  if (arguments.json) fmt::print("{}\n", toJson(log, metrics));
 
   const int exitCode = exitCodeOf(scenario, log.outcome);
   if (exitCode == kNotMet) {

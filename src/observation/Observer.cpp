@@ -89,6 +89,7 @@ struct Observer::Parts {
   std::vector<OdometryRow> rowsByTarget;
   std::vector<PointObservation> observations;
   Coverage coverage = Coverage::complete;
+  bool isTruthOfMotion = false;
   double lastTime_s = kUnknown;
   std::vector<Event> events;
 };
@@ -112,6 +113,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   p.trackingTimes.push_back(stopwatch.lap());
   if (p.setup.findsPoints()) p.renewPoints(points);
   p.pose = p.followTarget(time_s, points);
+  if (p.pose && !exposure.depth && exposure.truth.empty()) p.isTruthOfMotion = true;
   const Coverage coverage = p.estimator->advance(p.odometry, time_s);
   p.noteCoverage(time_s, coverage);
   const bool isUsed =
@@ -213,6 +215,7 @@ FeatureRecord Observer::Parts::record(int id, DepthEstimate estimate, const Expo
 
 void Observer::Parts::setTruth(FeatureRecord& feature, const Exposure& exposure) const {
   for (const TruePoint& truth : exposure.truth) {
+    if (setup.findsPoints()) break;  // its ids are those of no one else's points
     if (truth.id != feature.id) continue;
     feature.Z_true = truth.Z;
     feature.u_true = truth.u;
@@ -228,7 +231,7 @@ void Observer::Parts::setTruth(FeatureRecord& feature, const Exposure& exposure)
   const bool hasTruth = exposure.depth || !exposure.truth.empty();
   if (tags && !hasTruth) {
     feature.Z_true = tags->depthByPose(feature.id);
-  } else if (pose && feature.id >= 0) {
+  } else if (pose && !hasTruth && feature.id >= 0) {
     const auto index = static_cast<std::size_t>(feature.id);
     const auto& target = setup.followed->points;
     if (index < target.size()) feature.Z_true = (pose->cMo * target[index]).z();
@@ -313,6 +316,8 @@ void Observer::finish(RunLog& log) {
   log.joint = jointStatesOf(*p.estimator);
   log.frameRate = p.frameRate.report();
   if (p.tags) log.tags = p.tags->results();
+  log.isDepthObserved = p.setup.estimator.depth.estimator != EstimatorKind::constant;
+  log.isTruthOfMotion = p.isTruthOfMotion;
   log.timings.emplace_back("tracking", std::move(p.trackingTimes));
   log.timings.emplace_back("estimation", std::move(p.estimationTimes));
 }

@@ -136,6 +136,7 @@ void SequenceWriter::check(const std::ofstream& out, const std::string& name) co
 }
 
 void SequenceWriter::addImage(double time_s, const DEPTHSERVO_VISP vpImage<unsigned char>& image) {
+  watch_.stopIfInterrupted();
   const std::string name = fmt::format("rgb/{:06}.png", ++images_);
   constexpr int kFastCompression = 1;
   const std::string bytes = detail::pngOf(
@@ -168,6 +169,7 @@ void SequenceWriter::addOdometry(double time_s, const Twist& twist) {
 }
 
 void SequenceWriter::addPose(double time_s, const Eigen::Isometry3d& wMc) {
+  watch_.stopIfInterrupted();
   std::ofstream& out = file("groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n");
   const Eigen::Quaterniond q(wMc.linear());
   out << timeText(time_s);
@@ -186,6 +188,7 @@ void SequenceWriter::finish(const SequenceSettings& settings) {
     check(out, name);
   }
   files_.clear();
+  watch_.stopIfInterrupted();
   std::error_code error;
   if (images_ == 0) fs::remove(fs::path(temporary_) / "rgb", error);
   if (fs::exists(fs::symlink_status(folder_, error))) {
