@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -100,4 +101,8 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace depthservo
 
-int main(int argc, char** argv) { return depthservo::run(argc, argv); }
+int main(int argc, char** argv) {
+  // Data and words may go to the same file: whole lines, in their order.
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
+  return depthservo::run(argc, argv);
+}

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <memory>
 
 #include "ProgressBar.h"
@@ -19,10 +18,10 @@ struct ReproduceArguments {
   bool json = false;
 };
 
-std::string names() {
-  std::string names;
-  for (const Paper& paper : papers()) names += fmt::format("{} | ", paper.name);
-  return names + "all";
+std::vector<std::string> validNames() {
+  std::vector<std::string> names = paperNames();
+  names.push_back("all");
+  return names;
 }
 
 std::vector<Paper> papersNamed(const std::string& name) {
@@ -31,16 +30,20 @@ std::vector<Paper> papersNamed(const std::string& name) {
     if (name == paper.name || name == "all") chosen.push_back(paper);
   }
   if (chosen.empty()) {
+    const std::vector<std::string> valid = validNames();
     throw InputError({"reproduce", 0, ""},
-                     fmt::format("'{}' is not in this version; expected {}", name, names()));
+                     fmt::format("expected {}, got '{}'; the nearest is '{}'",
+                                 fmt::join(valid, ", "), name, nearestWord(name, valid)));
   }
   return chosen;
 }
 
 void printTable(const std::vector<ReproduceRow>& rows) {
+  fmt::print("{:4} {:<44} {:>12} {:>12} {:<8} {:<12} {}\n", "", "figure", "expected", "ours",
+             "unit", "within", "claim");
   for (const ReproduceRow& row : rows) {
-    fmt::print("{:4} {:<44} {:>12.6g} {:>12.6g} {:<6} {}\n", row.pass ? "ok" : "FAIL", row.id,
-               row.expected, row.ours, row.unit, row.claim);
+    fmt::print("{:4} {:<44} {:>12.6g} {:>12.6g} {:<8} {:<12} {}\n", row.pass ? "ok" : "FAIL",
+               row.id, row.expected, row.ours, row.unit, row.tolerance, row.claim);
     if (!row.reproduces) fmt::print("     does not reproduce: {}\n", row.note);
   }
 }
@@ -53,7 +56,7 @@ int reproduce(const ReproduceArguments& arguments) {
   for (const Paper& paper : chosen) {
     ProgressBar bar(fmt::format("reproduce {}", paper.name));
     bar.show(static_cast<double>(reproduced.size()) / static_cast<double>(chosen.size()));
-    reproduced.push_back({paper, paper.reproduce(arguments.options)});
+    reproduced.push_back({paper, depthservo::reproduce(paper.name, arguments.options)});
     const auto& more = reproduced.back().result.rows;
     rows.insert(rows.end(), more.begin(), more.end());
   }
@@ -64,9 +67,9 @@ int reproduce(const ReproduceArguments& arguments) {
     fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   }
   arguments.json ? fmt::print("{}\n", toJson(rows)) : printTable(rows);
-  const auto passed = std::count_if(rows.begin(), rows.end(), [](const auto& r) { return r.pass; });
-  fmt::print(stderr, "{} of {} figures agree\n", passed, rows.size());
-  return passed == static_cast<std::ptrdiff_t>(rows.size()) ? kMet : kNotMet;
+  const ReproductionCount count(rows);
+  fmt::print(stderr, "{}\n", count.text());
+  return count.agreeing == count.rows ? kMet : kNotMet;
 }
 
 }  // namespace
@@ -76,7 +79,8 @@ void addReproduce(CLI::App& app, int& exitCode) {
       "reproduce",
       "Run the simulations of a paper, theirs against ours; exit 1 when a figure is off");
   auto a = std::make_shared<ReproduceArguments>();
-  command->add_option("PAPER", a->paper, names())->required();
+  command->add_option("PAPER", a->paper, fmt::format("{}", fmt::join(validNames(), " | ")))
+      ->required();
   command->add_flag("--full", a->options.full, "More seeds and finer searches");
   command->add_flag("--json", a->json, "Print the rows as one JSON array on stdout");
   command
