@@ -7,6 +7,8 @@ depthservo_find_visp(REQUIRED COMPONENTS visp_core visp_blob visp_gui visp_io vi
                                          visp_visual_features visp_vs)
 
 find_package(OpenCV 4.5.1 REQUIRED COMPONENTS core imgproc imgcodecs calib3d video videoio)
+find_package(PNG 1.6.32 REQUIRED)
+find_package(JPEG REQUIRED)
 find_package(yaml-cpp 0.7 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(fmt 9 REQUIRED)

@@ -10,6 +10,7 @@ function(depthservo_own target)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
                                            -Wno-sign-conversion -Woverloaded-virtual)
+  target_link_options(${target} PRIVATE -Wl,--as-needed)  # ViSP's modules are many
   if(DEPTHSERVO_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()

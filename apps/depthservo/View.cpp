@@ -11,13 +11,10 @@
 #include <map>
 
 #include "depthservo/text/InputError.h"
+#include "depthservo/visp/using.h"
 
 // After the others: its macros are named None, Status, Bool, ...
 #include <X11/Xlib.h>
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {
@@ -111,7 +108,7 @@ void View::show(const vpImage<unsigned char>& shown, const FrameRecord& record, 
     vpDisplay::displayText(image, at(feature.u + 12, feature.v - 6), fmt::format("{}", feature.id),
                            colour);
     write(image, row += kLine_px,
-          fmt::format("{}: Z {:.2f} +- {:.2f} m  {}", feature.id, e.Z(), 2 * e.sigma_Z(),
+          fmt::format("{}: Z {:.3g} +- {:.2g} m  {}", feature.id, e.Z(), 2 * e.sigma_Z(),
                       toString(e.status)),
           colour);
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "commands.h"
 #include "depthservo/report/RunFolder.h"
 #include "observation.h"
+#include "scenarioFile.h"
 
 namespace depthservo {
 namespace {
@@ -46,47 +48,82 @@ Comparison compareSequence(const CompareArguments& arguments) {
   return compare(sequence, options, arguments.options, &progress);
 }
 
-/// One line: a name, a figure at each time, and what follows.
-void printLine(const Comparison& comparison, const ComparedEstimator& one,
-               const std::vector<double>& values, const std::string& rest) {
-  fmt::print("{:<12}", one.name);
-  for (const std::size_t k : comparison.shown) fmt::print("{:>10}", percent(values[k], "-"));
-  fmt::print("{}\n", rest);
+using Cells = std::vector<std::string>;
+
+/// Rows of cells in columns that never touch: the first to the left, the others to the right.
+void printColumns(const std::vector<Cells>& rows) {
+  std::vector<std::size_t> widths;
+  for (const Cells& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  for (const Cells& row : rows) {
+    std::string line = fmt::format("{:<{}}", row.front(), widths.front());
+    for (std::size_t i = 1; i < row.size(); ++i) line += fmt::format("  {:>{}}", row[i], widths[i]);
+    fmt::print("{}\n", line);
+  }
 }
 
-void printHeader(const Comparison& comparison, const std::string& what, const std::string& rest) {
-  fmt::print("{}\n{:<12}", what, "");
+Cells headOf(const Comparison& comparison) {
+  Cells head{""};
   for (const std::size_t k : comparison.shown) {
-    fmt::print("{:>10}", fmt::format("{:.4g} s", comparison.time_s[k]));
+    head.push_back(fmt::format("{:.4g} s", comparison.time_s[k]));
   }
-  fmt::print("{}\n", rest);
+  return head;
+}
+
+Cells rowOf(const Comparison& comparison, const ComparedEstimator& one, ShownValues values) {
+  Cells row{one.name};
+  for (const std::size_t k : comparison.shown) row.push_back(percent((one.*values)[k], "-"));
+  return row;
 }
 
 std::string images(double count) {
   return std::isfinite(count) ? fmt::format("{:.0f}", count) : "never";
 }
 
+/// What is said of an estimator as a whole, beside the times.
+std::string speedOf(const Comparison& comparison, const ComparedEstimator& one) {
+  if (!comparison.pointsComeAndGo) return images(one.frames_to_5pct);
+  return one.within_5pct.empty() ? "-" : percent(one.within_5pct.back(), "-");
+}
+
+void printErrors(const Comparison& comparison, const ShownStatistic& shown) {
+  std::vector<Cells> rows{headOf(comparison)};
+  rows.front().insert(
+      rows.front().end(),
+      {comparison.pointsComeAndGo ? "within 5 %" : "images to 5 %", "2 sigma", "NEES"});
+  for (const ComparedEstimator& one : comparison.estimators) {
+    rows.push_back(rowOf(comparison, one, shown.error));
+    rows.back().insert(rows.back().end(),
+                       {speedOf(comparison, one), percent(one.coverage_2sigma, "-"),
+                        std::isfinite(one.mean_nees) ? fmt::format("{:.3g}", one.mean_nees) : "-"});
+  }
+  for (const ComparedEstimator& one : comparison.limits) {
+    rows.push_back(rowOf(comparison, one, shown.error));
+    rows.back().push_back(speedOf(comparison, one));
+  }
+  fmt::print("{}\n", shown.ofError);
+  printColumns(rows);
+}
+
+void printValues(const Comparison& comparison, const std::string& heading, ShownValues values) {
+  std::vector<Cells> rows{headOf(comparison)};
+  for (const auto& one : comparison.estimators) rows.push_back(rowOf(comparison, one, values));
+  fmt::print("{}\n", heading);
+  printColumns(rows);
+}
+
 void printTable(const Comparison& comparison) {
+  const ShownStatistic shown = shownStatistic(comparison);
   if (comparison.hasTruth) {
-    printHeader(comparison, "relative error of Z, rms over the points",
-                fmt::format("{:>14}{:>10}{:>8}", "images to 5 %", "2 sigma", "NEES"));
-    for (const ComparedEstimator& one : comparison.estimators) {
-      const std::string nees =
-          std::isfinite(one.mean_nees) ? fmt::format("{:.3g}", one.mean_nees) : "-";
-      printLine(comparison, one, one.error,
-                fmt::format("{:>14}{:>10}{:>8}", images(one.frames_to_5pct),
-                            percent(one.coverage_2sigma, "-"), nees));
-    }
-    for (const ComparedEstimator& one : comparison.limits) {
-      printLine(comparison, one, one.error, fmt::format("{:>14}", images(one.frames_to_5pct)));
-    }
+    printErrors(comparison, shown);
     fmt::print("\n");
   }
-  printHeader(comparison, "sigma of Z claimed, relative", "");
-  for (const auto& one : comparison.estimators) printLine(comparison, one, one.sigma, "");
+  printValues(comparison, shown.ofSigma, shown.sigma);
   if (comparison.hasTruth) return;
-  printHeader(comparison, "\ndifference of Z from " + comparison.reference + ", relative", "");
-  for (const auto& one : comparison.estimators) printLine(comparison, one, one.difference, "");
+  fmt::print("\n");
+  printValues(comparison, shown.ofDifference, shown.difference);
 }
 
 void tellCost(const Comparison& comparison) {
@@ -103,9 +140,7 @@ int compareAll(CompareArguments arguments) {
   for (const std::string& name : arguments.estimators) {
     arguments.options.estimators.push_back(estimatorNamed(name, {"--estimators", 0, ""}));
   }
-  if (!std::filesystem::exists(arguments.data)) {
-    throw InputError({arguments.data, 0, ""}, "there is no such scenario or sequence");
-  }
+  arguments.data = scenarioFile(arguments.data);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
   const Comparison comparison = std::filesystem::is_directory(arguments.data)
                                     ? compareSequence(arguments)
@@ -119,6 +154,7 @@ int compareAll(CompareArguments arguments) {
              comparison.time_s.size(), comparison.time_s.back(), comparison.points);
   if (!comparison.hasTruth) fmt::print(stderr, "the true depths are not known\n");
   tellCost(comparison);
+  fmt::print(stderr, "{}\n", verdictOf(comparison));
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   if (arguments.json) {
     fmt::print("{}\n", toJson(comparison));
@@ -135,7 +171,8 @@ void addCompare(CLI::App& app, int& exitCode) {
       app.add_subcommand("compare", "Let all estimators observe the same measurements");
   auto a = std::make_shared<CompareArguments>();
   command
-      ->add_option("DATA", a->data, "Scenario (YAML file) or sequence (folder), see doc/formats.md")
+      ->add_option("DATA", a->data,
+                   "Scenario (YAML file or shipped name) or sequence (folder), see doc/formats.md")
       ->required();
   command
       ->add_option("--estimators", a->estimators,

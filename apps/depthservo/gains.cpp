@@ -9,6 +9,8 @@
 #include "depthservo/depth/DepthGains.h"
 #include "depthservo/pose/FrameRateConditions.h"
 #include "depthservo/text/InputError.h"
+#include "numbers.h"
+#include "observation.h"
 
 namespace depthservo {
 namespace {
@@ -140,9 +142,7 @@ void designGains(const GainArguments& a) {
   if (a.law == "depth") return designDepthGains(a);
   const bool isObserver = a.law == "observer";
   if (!isObserver && a.law != "regulation") {
-    throw InputError(
-        {"--law", 0, ""},
-        fmt::format("'{}' is not known; expected depth, observer or regulation", a.law));
+    refuseWord("--law", a.law, {"depth", "observer", "regulation"});
   }
   const bool isGiven = a.ke.has_value();
   if (isGiven && (!a.gamma || (!isObserver && !a.kc))) {
@@ -150,6 +150,10 @@ void designGains(const GainArguments& a) {
                                           ? "needs --gamma too; leave both out to design them"
                                           : "needs --kc and --gamma too; leave all out to design "
                                             "them");
+  }
+  if (!isGiven && !(a.kappa > 0)) {
+    throw InputError({"--kappa", 0, ""},
+                     "missing: how fast the target may move [m/s, rad/s], above 0");
   }
   SampledGains gains;
   nlohmann::ordered_json json;
@@ -207,7 +211,7 @@ void addGains(CLI::App& app, int&) {
   const auto positive = [&](const char* flag, auto& value, const char* help, const char* type) {
     return command->add_option(flag, value, help)
         ->type_name(type)
-        ->check(CLI::PositiveNumber)
+        ->check(aboveZero())
         ->group("--law depth");
   };
   positive("--settling", a->settling, "Time in which an error of the depth falls to 2 % [s]", "S");
@@ -236,7 +240,7 @@ void addGains(CLI::App& app, int&) {
       ->add_option("--pose-noise", a->poseNoise,
                    "Noise of the pose from one image [m]; adds the gain that is likely best")
       ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
+      ->check(zeroOrMore());
   command->add_flag("--sharp", a->sharp, "Sharper norms in the same proofs");
   command->add_flag("--json", a->json, "Print one JSON object on stdout");
   command->callback([a] { designGains(*a); });

@@ -10,7 +10,9 @@
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/rig/LiveRig.h"
+#include "depthservo/scenario/observationOf.h"
 #include "findings.h"
+#include "numbers.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -62,13 +64,14 @@ std::unique_ptr<View> viewOf(const LiveArguments& arguments, const LiveOptions& 
   }
 }
 
-void finish(const LiveArguments& arguments, const RunLog& log) {
+/// \param metrics of all frames; the log may have the last ones only
+void finish(const LiveArguments& arguments, const RunLog& log, const Metrics& metrics) {
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
-  printTable(log);
+  printTable(log, metrics);
   printFindings(log);
   fmt::print(stderr, "{}\n", log.reason);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
-  if (arguments.json) fmt::print("{}\n", toJson(log));
+  if (arguments.json) fmt::print("{}\n", toJson(log, metrics));
   std::fflush(nullptr);
 }
 
@@ -76,9 +79,11 @@ void finish(const LiveArguments& arguments, const RunLog& log) {
 class LiveWatcher : public RunWatcher {
  public:
   /// \param view may be null \param shown the log while the window draws
-  LiveWatcher(View* view, const RunLog*& shown) : view_(view), shown_(shown) {}
+  LiveWatcher(View* view, const RunLog*& shown, MetricsMeter& meter)
+      : view_(view), shown_(shown), meter_(meter) {}
 
   bool onFrame(const RunFrame& frame) override {
+    meter_.add(frame.record);
     if (view_) {
       std::string status;
       if (const auto* twists = static_cast<const LiveRig&>(frame.rig).twists()) {
@@ -98,6 +103,7 @@ class LiveWatcher : public RunWatcher {
  private:
   View* view_;
   const RunLog*& shown_;
+  MetricsMeter& meter_;
 };
 
 int watchLive(const LiveArguments& arguments) {
@@ -107,13 +113,12 @@ int watchLive(const LiveArguments& arguments) {
   if (!arguments.target.empty()) {
     options.target = readTarget(arguments.target);
     options.targetFile = arguments.target;
-    options.observation = ObservationOptions::of(options.target.hints, arguments.target);
+    options.observation = observationOf(options.target.replay);
   }
   apply(arguments.observation, options.target.tags.has_value(), options.observation);
   options.observation.tracker = trackerNamed(arguments.tracker);
   if (arguments.motion != "twist" && arguments.motion != "target" && !arguments.motion.empty()) {
-    refuseOption("--motion",
-                 fmt::format("'{}' is not known; expected twist or target", arguments.motion));
+    refuseWord("--motion", arguments.motion, {"twist", "target"});
   }
   if (arguments.motion == "twist" && arguments.twist.empty()) {
     refuseOption("--motion", "twist needs --twist FIFO, or --twist - for standard input");
@@ -135,24 +140,26 @@ int watchLive(const LiveArguments& arguments) {
   options.name = arguments.source;
   options.rate = images.fps();
   options.duration_s = arguments.duration_s;
-  options.keep = arguments.out.empty() && !arguments.json ? Keep::theLastFrames : Keep::everything;
+  options.keep = arguments.out.empty() ? Keep::theLastFrames : Keep::everything;
   options.patience_s =
       arguments.patience_s.value_or(images.isLive() ? kCameraPatience_s : kFilePatience_s);
+  MetricsMeter meter(options.camera, {});
   const RunLog* shown = nullptr;  // while the window draws
   const std::unique_ptr<View> view = viewOf(arguments, options, images, [&] {
     if (!shown) return;
     RunLog log = *shown;
     log.reason = "the window was closed";
-    finish(arguments, log);
+    finish(arguments, log, meter.result(log));
   });
   if (!view && !arguments.noWindow) fmt::print(stderr, "note: no display, hence no window\n");
 
   stopOn(SIGINT);
   stopOn(SIGTERM);
-  LiveWatcher watcher(view.get(), shown);
+  LiveWatcher watcher(view.get(), shown, meter);
   const RunLog log = live(options, images, twists.get(), &watcher);
-  finish(arguments, log);
-  return kMet;
+  const Metrics metrics = meter.result(log);
+  finish(arguments, log, metrics);
+  return foundNothing(log, metrics) ? kOtherOutcome : kMet;
 }
 
 }  // namespace
@@ -185,7 +192,7 @@ void addLive(CLI::App& app, int& exitCode) {
   addObservationOptions(*command, a->observation);
   command->add_option("--fps", a->video.fps, "Images per second of a file; asked of a camera [Hz]")
       ->type_name("F")
-      ->check(CLI::PositiveNumber);
+      ->check(aboveZero());
   command->add_option("--start", a->video.start_s, "Time of a file's first image [s]; default 0")
       ->type_name("T");
   command->add_option("--times", a->times, "Times of a file's images, one per line, e.g. rgb.txt")
@@ -194,15 +201,15 @@ void addLive(CLI::App& app, int& exitCode) {
       ->add_option("--latency", a->video.latency_s,
                    "Age of a camera's image when it arrives [s]; default 0")
       ->type_name("S")
-      ->check(CLI::Range(0.0, 10.0));
+      ->check(within(0.0, 10.0));
   command
       ->add_option("--patience", a->patience_s,
                    "How long an image waits for its twists [s]; default: camera 0.1, file 2")
       ->type_name("S")
-      ->check(CLI::Range(0.0, 60.0));
+      ->check(within(0.0, 60.0));
   command->add_option("--duration", a->duration_s, "Stop after this time [s]; default: at the end")
       ->type_name("S")
-      ->check(CLI::PositiveNumber);
+      ->check(aboveZero());
   command->add_flag("--no-window", a->noWindow, "Open no window");
   command->add_flag("--json", a->json, "Print the result as one JSON object on stdout");
   command->add_option("--out", a->out, "Write a run folder with report.html; must not exist")

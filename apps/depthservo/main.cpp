@@ -1,12 +1,12 @@
-#include <fmt/format.h>
+#include <fmt/core.h>
 
-#include <algorithm>
+#include <csignal>
 #include <cstdio>
-#include <string>
-#include <vector>
 
 #include "commands.h"
-#include "depthservo/text/InputError.h"
+#include "depthservo/text/InterruptWatch.h"
+#include "failure.h"
+#include "refusal.h"
 
 namespace depthservo {
 namespace {
@@ -15,7 +15,8 @@ constexpr const char* kExamples = R"(Image-based visual servoing with observed d
 
 Examples:
   depthservo run data/scenarios/unicycle-4dots.yaml --out my-run    servo, then open my-run/report.html
-  depthservo run SCENARIO --set depth.initial=8 --json              another guess, result as JSON
+  depthservo run unicycle-4dots --set depth.initial=8 --json        a shipped one, another guess, JSON
+  depthservo keys depth                                             what can be set, with unit and range
   depthservo record SCENARIO my-sequence                            keep images, odometry and truth
   depthservo replay my-sequence --prior 3 --out my-replay           observe depth on recorded data
   depthservo compare my-sequence --out my-comparison                all estimators on the same data
@@ -27,43 +28,7 @@ Examples:
   depthservo gains --law observer --fps 30 --kappa 0.1              gains for a camera's frame rate
 
 Exit codes: 0 as expected (or converged, or timeout), 1 not as expected, 2 bad arguments or input,
-3 any other outcome. Words go to stderr, data to stdout.)";
-
-std::vector<std::string> subcommands(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(sub->get_name());
-  }
-  return names;
-}
-
-/// Every word that may stand at this place: an option of the subcommand in use, or without one the
-/// subcommands too.
-std::vector<std::string> validWords(const CLI::App& app) {
-  const bool isInside = !app.get_subcommands().empty();
-  std::vector<std::string> words = isInside ? std::vector<std::string>() : subcommands(app);
-  for (const CLI::Option* option :
-       (isInside ? *app.get_subcommands().front() : app).get_options()) {
-    for (const std::string& name : option->get_lnames()) words.push_back("--" + name);
-  }
-  return words;
-}
-
-std::string refusal(const CLI::App& app, const CLI::ParseError& error) {
-  const std::vector<std::string> extras = app.remaining(true);
-  if (!extras.empty()) {
-    return fmt::format("'{}' is not known here; did you mean '{}'?", extras.front(),
-                       nearestWord(extras.front(), validWords(app)));
-  }
-  if (app.get_subcommands().empty()) {
-    return fmt::format("expected one of: {} (see depthservo --help)",
-                       fmt::join(subcommands(app), ", "));
-  }
-  std::string text = error.what();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return fmt::format("{} (see depthservo {} --help)", text,
-                     app.get_subcommands().front()->get_name());
-}
+3 any other outcome, 70 internal error. Words go to stderr, data to stdout.)";
 
 int run(int argc, char** argv) {
   CLI::App app{kExamples, "depthservo"};
@@ -81,19 +46,21 @@ int run(int argc, char** argv) {
   addLive(app, exitCode);
   addTarget(app, exitCode);
   addNoise(app, exitCode);
+  addKeys(app, exitCode);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "depthservo: {}\n", refusal(app, error));
+    fmt::print(stderr, "depthservo: {}\n", refusal(app, error, {argv + 1, argv + argc}));
     return kBadInput;
-  } catch (const InputError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+  } catch (const Interrupted& interrupted) {
+    fmt::print(stderr, "interrupted; nothing was written\n");
+    std::signal(interrupted.signal, SIG_DFL);
+    std::raise(interrupted.signal);
     return kBadInput;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "depthservo: {}\n", error.what());
-    return kBadInput;
+  } catch (...) {
+    return tellFailure(std::current_exception());
   }
   return exitCode;
 }

@@ -6,6 +6,7 @@
 #include "ProgressBar.h"
 #include "commands.h"
 #include "depthservo/experiments/PixelNoise.h"
+#include "numbers.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -101,7 +102,7 @@ void addNoise(CLI::App& app, int&) {
       ->type_name("FILE");
   command->add_option("--images", a->images, "Of a source, at most")
       ->type_name("N")
-      ->check(CLI::Range(15, 100000))
+      ->check(within(15, 100000))
       ->capture_default_str();
   command
       ->add_option("--tracker", a->tracker, "dots | apriltag | klt | tracks; default as in replay")
@@ -110,7 +111,7 @@ void addNoise(CLI::App& app, int&) {
       ->type_name("FILE");
   command->add_option("--fps", a->options.fps, "Images per second of a plain image folder")
       ->type_name("F")
-      ->check(CLI::PositiveNumber);
+      ->check(aboveZero());
   command->add_flag("--json", a->json, "Print the result as one JSON object on stdout");
   command->callback([a] { printNoise(*a); });
 }

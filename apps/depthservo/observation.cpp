@@ -11,6 +11,8 @@
 
 #include "TagLines.h"
 #include "depthservo/report/Metrics.h"
+#include "depthservo/scenario/observationOf.h"
+#include "numbers.h"
 
 namespace depthservo {
 namespace {
@@ -42,23 +44,33 @@ JointStateOptions jointNamed(const std::vector<std::string>& names) {
       joint.gyro_bias = true;
     } else if (name == "focal") {
       joint.focal = true;
-    } else if (name != "none" || names.size() > 1) {
-      refuseOption("--joint",
-                   fmt::format("'{}' is not known; expected time-offset, gyro-bias and focal, "
-                               "separated by commas, or none",
-                               name));
+    } else if (name != "none") {
+      refuseWord("--joint", name, {"time-offset", "gyro-bias", "focal", "none"});
+    } else if (names.size() > 1) {
+      refuseOption("--joint", "none stands alone");
     }
   }
   return joint;
 }
 
+/// The value of a word that is given to an option.
+template <class T>
+T named(const char* option, const std::string& word,
+        const std::vector<std::pair<std::string, T>>& choices) {
+  std::vector<std::string> valid;
+  for (const auto& [name, value] : choices) {
+    if (name == word) return value;
+    valid.push_back(name);
+  }
+  refuseWord(option, word, valid);
+}
+
 MotionSource motionNamed(const std::string& name) {
-  if (name == "auto") return MotionSource::automatic;
-  if (name == "twist") return MotionSource::twist;
-  if (name == "groundtruth") return MotionSource::groundtruth;
-  if (name == "target") return MotionSource::target;
-  refuseOption("--motion",
-               fmt::format("'{}' is not known; expected twist, groundtruth or target", name));
+  return named<MotionSource>("--motion", name,
+                             {{"twist", MotionSource::twist},
+                              {"groundtruth", MotionSource::groundtruth},
+                              {"target", MotionSource::target},
+                              {"auto", MotionSource::automatic}});
 }
 
 double median(std::vector<double> values) {
@@ -83,19 +95,51 @@ void printStatistics(const Metrics& metrics) {
   for (const auto& [status, n] : count) {
     statuses += fmt::format("{}{} {}", statuses.empty() ? "" : ", ", n, toString(status));
   }
-  fmt::print(stderr, "  {} points at the last: {}\n", metrics.points.size(), statuses);
+  fmt::print(stderr, "  {} points at the end: {}; {} more came and went\n", metrics.points.size(),
+             statuses, metrics.points_gone());
   if (!Z.empty()) {
-    fmt::print(stderr, "  valid: median Z {:.3g} m, median sigma {:.2g} %", median(Z),
-               100 * median(sigma));
-    if (!error.empty()) fmt::print(stderr, ", median error {:.2g} %", 100 * median(error));
+    fmt::print(stderr, "  valid: median Z {:.3g} m, median sigma {}", median(Z),
+               inPercent(median(sigma)));
+    if (!error.empty()) fmt::print(stderr, ", median error {}", inPercent(median(error)));
     fmt::print(stderr, "\n");
   }
+}
+
+/// How well the depth is known, and what happens to it at the end.
+std::string knowledge(const PointMetrics& point, bool isObserved) {
+  const bool isHeld = point.status == DepthStatus::unexcited;
+  if (!isObserved && (isHeld || point.status == DepthStatus::valid)) return "as given";
+  std::string text =
+      point.known_to() < 1 ? fmt::format("known to {}", inPercent(point.known_to())) : "not known";
+  if (!isHeld) return text + fmt::format(", {}", toString(point.status));
+  return text + ", kept: not excited now";
+}
+
+void printPoint(const PointMetrics& point, const RunLog& log) {
+  fmt::print(stderr, "  point {}: Z {:.4g} +- {:.2g} m (2 sigma), {}, measured in {} frames",
+             point.id, point.Z, 2 * point.sigma_Z, knowledge(point, log.isDepthObserved),
+             point.measured_frames);
+  if (std::isfinite(point.relative_error)) {
+    fmt::print(stderr, ", {} from {:.4g} m{}", inPercent(point.relative_error), point.Z_true,
+               log.isTruthOfMotion ? " by the pose that told the motion" : "");
+  }
+  const bool isMotionRight = !log.diagnosis || !log.diagnosis->isMotion();
+  if (isMotionRight && point.status == DepthStatus::unexcited && !point.unexcited_because.empty()) {
+    fmt::print(stderr, ": {}", point.unexcited_because);
+  }
+  fmt::print(stderr, "\n");
 }
 
 }  // namespace
 
 void refuseOption(const std::string& option, const std::string& message) {
   throw InputError({option, 0, ""}, message);
+}
+
+void refuseWord(const std::string& option, const std::string& word,
+                const std::vector<std::string>& valid) {
+  refuseOption(option, fmt::format("'{}' is not known; expected {}; the nearest is '{}'", word,
+                                   fmt::join(valid, ", "), nearestWord(word, valid)));
 }
 
 void addEstimatorOption(CLI::App& command, ObservationArguments& a) {
@@ -108,7 +152,7 @@ void addEstimatorOption(CLI::App& command, ObservationArguments& a) {
 void addObservationOptions(CLI::App& command, ObservationArguments& a) {
   command.add_option("--ke", a.ke, "Gain of the estimator pose [1/s]; default: by the frame rate")
       ->type_name("KE")
-      ->check(CLI::PositiveNumber);
+      ->check(aboveZero());
   command.add_option("--prior", a.prior, "First guess of every depth [m], with its sigma if known")
       ->type_name("Z[:SIGMA]");
   command
@@ -118,30 +162,30 @@ void addObservationOptions(CLI::App& command, ObservationArguments& a) {
   command
       .add_option("--corners", a.corners, "Corners that klt follows at once, at most; default 300")
       ->type_name("N")
-      ->check(CLI::Range(1, 2000));
+      ->check(within(1, 2000));
   command
       .add_option("--pixel-noise", a.pixelNoise_px,
                   "Noise of a point, 1 sigma per axis [px]; default 0.5, of apriltag and klt what "
                   "they measure")
       ->type_name("PX")
-      ->check(CLI::PositiveNumber);
+      ->check(aboveZero());
   command
       .add_option("--odometry-noise", a.odometryNoise,
                   "White noise per twist row, 1 sigma [m/s],[rad/s]; 0,0: exact")
       ->type_name("V,W")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::NonNegativeNumber);
+      ->check(zeroOrMore());
   command
       .add_option("--odometry-scale-sigma", a.odometryScaleSigma,
                   "Relative uncertainty of the translation, 1 sigma; for filter and joint")
       ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
+      ->check(zeroOrMore());
   command
       .add_option("--focal-sigma", a.focalSigma,
                   "Relative uncertainty of the focal length, 1 sigma; for filter and joint")
       ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
+      ->check(zeroOrMore());
   command
       .add_option("--joint", a.joint,
                   "What the joint filter learns besides depths: time-offset,gyro-bias,focal or "
@@ -161,10 +205,6 @@ void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptio
     }
     options.depth.joint = jointNamed(arguments.joint);
   }
-  if (options.depth.estimator == EstimatorKind::trueDepth) {
-    refuseOption("--estimator",
-                 "'true' is for simulated runs; use constant, or let it be observed");
-  }
   if (arguments.ke) options.depth.pose.ke = arguments.ke;
   if (!arguments.prior.empty()) readPrior(arguments.prior, options);
   if (arguments.odometryNoise.size() == 2) {
@@ -177,8 +217,7 @@ void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptio
   if (!arguments.tagFamily.empty()) {
     const std::vector<std::string> families = aprilTagFamilies();
     if (std::find(families.begin(), families.end(), arguments.tagFamily) == families.end()) {
-      refuseOption("--tag-family", fmt::format("'{}' is not known; expected {}",
-                                               arguments.tagFamily, fmt::join(families, ", ")));
+      refuseWord("--tag-family", arguments.tagFamily, families);
     }
     if (hasTags) refuseOption("--tag-family", "the target names its tags already");
     options.tagFamily = arguments.tagFamily;
@@ -210,12 +249,12 @@ void addSequenceOptions(CLI::App& command, SequenceArguments& a) {
       .add_option("--fps", a.source.fps,
                   "Images per second of a plain image folder, or of frame numbers")
       ->type_name("F")
-      ->check(CLI::PositiveNumber);
+      ->check(aboveZero());
   addObservationOptions(command, a.observation);
 }
 
 ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence) {
-  ObservationOptions options = ObservationOptions::of(sequence);
+  ObservationOptions options = observationOf(sequence);
   options.tracker = trackerNamed(arguments.tracker);
   options.motion = motionNamed(arguments.motion);
   apply(arguments.observation, sequence.tags().has_value(), options);
@@ -223,13 +262,12 @@ ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence&
 }
 
 TrackerKind trackerNamed(const std::string& name) {
-  if (name == "auto") return TrackerKind::automatic;
-  if (name == "dots") return TrackerKind::dots;
-  if (name == "tracks") return TrackerKind::tracks;
-  if (name == "apriltag") return TrackerKind::apriltag;
-  if (name == "klt") return TrackerKind::klt;
-  refuseOption("--tracker",
-               fmt::format("'{}' is not known; expected dots, apriltag, klt or tracks", name));
+  return named<TrackerKind>("--tracker", name,
+                            {{"dots", TrackerKind::dots},
+                             {"apriltag", TrackerKind::apriltag},
+                             {"klt", TrackerKind::klt},
+                             {"tracks", TrackerKind::tracks},
+                             {"auto", TrackerKind::automatic}});
 }
 
 void silenceImageLibraries() {
@@ -237,8 +275,7 @@ void silenceImageLibraries() {
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
 }
 
-void printTable(const RunLog& log) {
-  const Metrics metrics = computeMetrics(log);
+void printTable(const RunLog& log, const Metrics& metrics) {
   fmt::print(stderr, "{}: {} frames, {:.2f} s\n", log.name, metrics.frames, metrics.duration_s);
   if (metrics.rejected_measurements > 0) {
     fmt::print(stderr, "  {} measurements rejected; {} points not to be relied on\n",
@@ -246,18 +283,19 @@ void printTable(const RunLog& log) {
   }
   printTags(log);
   constexpr std::size_t kMostLines = 16;
-  if (metrics.points.size() > kMostLines) return printStatistics(metrics);
-  for (const PointMetrics& point : metrics.points) {
-    fmt::print(stderr, "  point {}: Z {:.4g} +- {:.2g} m (2 sigma), {}, measured in {} frames",
-               point.id, point.Z, 2 * point.sigma_Z, toString(point.status), point.measured_frames);
-    if (std::isfinite(point.relative_error)) {
-      fmt::print(stderr, ", {:.2g} % from {:.4g} m", 100 * point.relative_error, point.Z_true);
-    }
-    if (point.status == DepthStatus::unexcited && !point.unexcited_because.empty()) {
-      fmt::print(stderr, ": {}", point.unexcited_because);
-    }
-    fmt::print(stderr, "\n");
-  }
+  if (metrics.points.size() + metrics.points_gone() > kMostLines) return printStatistics(metrics);
+  for (const PointMetrics& point : metrics.points) printPoint(point, log);
+}
+
+bool foundNothing(const RunLog& log, const Metrics& metrics) {
+  if (metrics.points_seen > 0) return false;
+  fmt::print(stderr,
+             "{}: no point was found in any of the {} images: are tracker, target, tag family and "
+             "start positions those of these images?
+             ",
+             log.name,
+             metrics.frames);
+  return true;
 }
 
 }  // namespace depthservo

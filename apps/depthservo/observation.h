@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/report/Metrics.h"
 #include "depthservo/rig/RecordedRig.h"
 
 namespace depthservo {
@@ -46,9 +47,17 @@ ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence&
 /// told by the tool.
 void silenceImageLibraries();
 
-/// One line per point on stderr: where it is believed to be, and how far that is from the truth.
-void printTable(const RunLog& log);
+/// One line per point on stderr: where it is believed to be, how well that is known, and how far it
+/// is from the truth. \param log what is known of the run as a whole
+void printTable(const RunLog& log, const Metrics& metrics);
+
+/// Whether nothing was ever measured; says so on stderr.
+bool foundNothing(const RunLog& log, const Metrics& metrics);
 
 [[noreturn]] void refuseOption(const std::string& option, const std::string& message);
+
+/// Refuses a word that is not one of those valid for an option, with the nearest.
+[[noreturn]] void refuseWord(const std::string& option, const std::string& word,
+                             const std::vector<std::string>& valid);
 
 }  // namespace depthservo

@@ -5,13 +5,14 @@
 #include "ProgressBar.h"
 #include "commands.h"
 #include "depthservo/scenario/run.h"
+#include "scenarioFile.h"
 
 namespace depthservo {
 namespace {
 
 void recordScenario(const std::string& file, const std::vector<std::string>& overrides,
                     const std::string& folder) {
-  const Scenario scenario = Scenario::load(file, overrides);
+  const Scenario scenario = Scenario::load(scenarioFile(file), overrides);
   RunLog log;
   {
     RunProgress progress("record " + scenario.name, 0, scenario.duration);
@@ -29,7 +30,7 @@ void addRecord(CLI::App& app, int&) {
   auto scenario = std::make_shared<std::string>();
   auto folder = std::make_shared<std::string>();
   auto overrides = std::make_shared<std::vector<std::string>>();
-  command->add_option("SCENARIO", *scenario, "YAML file, see doc/formats.md")->required();
+  command->add_option("SCENARIO", *scenario, kScenarioHelp)->required();
   command->add_option("SEQUENCE", *folder, "Folder to write; must not exist")->required();
   command->add_option("--set", *overrides, "Override a key of the scenario; may be repeated")
       ->type_name("KEY=VALUE")

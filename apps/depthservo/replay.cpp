@@ -10,6 +10,7 @@
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/rig/RecordedRig.h"
 #include "findings.h"
+#include "numbers.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -84,8 +85,7 @@ int replaySequence(const ReplayArguments& arguments) {
   if (arguments.update && arguments.baseline.empty())
     refuseOption("--update", "needs --baseline FILE");
   if (arguments.observe != "depth" && arguments.observe != "focal") {
-    refuseOption("--observe",
-                 fmt::format("'{}' is not known; expected depth or focal", arguments.observe));
+    refuseWord("--observe", arguments.observe, {"depth", "focal"});
   }
   const Sequence sequence(arguments.sequence, arguments.data.source);
   const ObservationOptions options = optionsOf(arguments.data, sequence);
@@ -102,10 +102,12 @@ int replaySequence(const ReplayArguments& arguments) {
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
-  printTable(log);
+  const Metrics metrics = computeMetrics(log);
+  printTable(log, metrics);
   printFindings(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
-  if (arguments.json) fmt::print("{}\n", toJson(log));
+  if (arguments.json) fmt::print("{}\n", toJson(log, metrics));
+  if (foundNothing(log, metrics)) return kOtherOutcome;
   return arguments.baseline.empty() ? kMet : compare(log, arguments.baseline, arguments.update);
 }
 
@@ -124,7 +126,7 @@ void addReplay(CLI::App& app, int& exitCode) {
       ->type_name("K,K3,K4")
       ->delimiter(',')
       ->expected(3)
-      ->check(CLI::PositiveNumber);
+      ->check(aboveZero());
   command
       ->add_option("--baseline", a->baseline,
                    "Compare with accepted figures; exit 1 when one moved")

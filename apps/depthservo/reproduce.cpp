@@ -1,13 +1,14 @@
 #include "depthservo/papers/Reproduce.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <memory>
 
 #include "ProgressBar.h"
 #include "commands.h"
 #include "depthservo/report/RunFolder.h"
-#include "depthservo/text/InputError.h"
+#include "observation.h"
 
 namespace depthservo {
 namespace {
@@ -18,7 +19,7 @@ struct ReproduceArguments {
   bool json = false;
 };
 
-std::vector<std::string> validNames() {
+std::vector<std::string> names() {
   std::vector<std::string> names = paperNames();
   names.push_back("all");
   return names;
@@ -29,12 +30,7 @@ std::vector<Paper> papersNamed(const std::string& name) {
   for (const Paper& paper : papers()) {
     if (name == paper.name || name == "all") chosen.push_back(paper);
   }
-  if (chosen.empty()) {
-    const std::vector<std::string> valid = validNames();
-    throw InputError({"reproduce", 0, ""},
-                     fmt::format("expected {}, got '{}'; the nearest is '{}'",
-                                 fmt::join(valid, ", "), name, nearestWord(name, valid)));
-  }
+  if (chosen.empty()) refuseWord("reproduce", name, names());
   return chosen;
 }
 
@@ -79,8 +75,7 @@ void addReproduce(CLI::App& app, int& exitCode) {
       "reproduce",
       "Run the simulations of a paper, theirs against ours; exit 1 when a figure is off");
   auto a = std::make_shared<ReproduceArguments>();
-  command->add_option("PAPER", a->paper, fmt::format("{}", fmt::join(validNames(), " | ")))
-      ->required();
+  command->add_option("PAPER", a->paper, fmt::format("{}", fmt::join(names(), " | ")))->required();
   command->add_flag("--full", a->options.full, "More seeds and finer searches");
   command->add_flag("--json", a->json, "Print the rows as one JSON array on stdout");
   command

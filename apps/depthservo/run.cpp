@@ -12,6 +12,7 @@
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/text/InputError.h"
 #include "findings.h"
+#include "scenarioFile.h"
 
 namespace depthservo {
 namespace {
@@ -53,7 +54,7 @@ std::string verdict(const RunLog& log, const Metrics& metrics) {
   std::string text = fmt::format("{}: {} after {:.2f} s: {}", log.name, toString(log.outcome),
                                  metrics.duration_s, log.reason);
   if (std::isfinite(metrics.final_depth_error_max)) {
-    text += fmt::format("; worst depth error {:.2g} %", 100 * metrics.final_depth_error_max);
+    text += fmt::format("; worst depth error {}", inPercent(metrics.final_depth_error_max));
   }
   return text;
 }
@@ -64,7 +65,7 @@ int exitCodeOf(const Scenario& scenario, Outcome outcome) {
 }
 
 int runScenario(const RunArguments& arguments) {
-  const Scenario scenario = Scenario::load(arguments.scenario, arguments.overrides);
+  const Scenario scenario = Scenario::load(scenarioFile(arguments.scenario), arguments.overrides);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
   auto view = arguments.view ? viewOf(scenario) : nullptr;
 
@@ -74,11 +75,12 @@ int runScenario(const RunArguments& arguments) {
     log = run(scenario, &audience);
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
-  fmt::print(stderr, "{}\n", verdict(log, computeMetrics(log)));
+  const Metrics metrics = computeMetrics(log);
+  fmt::print(stderr, "{}\n", verdict(log, metrics));
   printFindings(log);
   printTags(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
-  if (arguments.json) fmt::print("{}\n", toJson(log));
+  if (arguments.json) fmt::print("{}\n", toJson(log, metrics));
 
   const int exitCode = exitCodeOf(scenario, log.outcome);
   if (exitCode == kNotMet) {
@@ -92,7 +94,7 @@ int runScenario(const RunArguments& arguments) {
 void addRun(CLI::App& app, int& exitCode) {
   CLI::App* command = app.add_subcommand("run", "Servo a simulated robot to its goal");
   auto arguments = std::make_shared<RunArguments>();
-  command->add_option("SCENARIO", arguments->scenario, "YAML file, see doc/formats.md")->required();
+  command->add_option("SCENARIO", arguments->scenario, kScenarioHelp)->required();
   command
       ->add_option("--set", arguments->overrides,
                    "Override a key of the scenario, e.g. depth.initial=8; may be repeated")

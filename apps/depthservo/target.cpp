@@ -5,6 +5,7 @@
 
 #include "commands.h"
 #include "depthservo/report/TargetSheet.h"
+#include "numbers.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -72,25 +73,25 @@ void addTarget(CLI::App& app, int&) {
       ->add_option("--size", a->size,
                    "Between the outer columns of dots, or the corners of the tag [m]")
       ->type_name("M")
-      ->check(CLI::Range(0.001, 10.0))
+      ->check(within(0.001, 10.0))
       ->capture_default_str();
   command->add_option("--radius", a->radius, "Of a dot [m]; default: 0.15 of their distance")
       ->type_name("M")
-      ->check(CLI::PositiveNumber);
+      ->check(aboveZero());
   command->add_option("--columns", a->columns, "Of dots")
       ->type_name("N")
-      ->check(CLI::Range(2, 8))
+      ->check(within(2, 8))
       ->capture_default_str();
   command->add_option("--rows", a->rows, "Of dots")
       ->type_name("N")
-      ->check(CLI::Range(2, 8))
+      ->check(within(2, 8))
       ->capture_default_str();
   command->add_option("--family", a->family, "Of AprilTags")
       ->type_name("NAME")
       ->capture_default_str();
   command->add_option("--id", a->id, "Number of the tag")
       ->type_name("N")
-      ->check(CLI::NonNegativeNumber)
+      ->check(zeroOrMore())
       ->capture_default_str();
   command->callback([a] { printTarget(*a); });
 }

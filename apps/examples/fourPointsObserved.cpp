@@ -1,8 +1,9 @@
 // fourPointsPlain.cpp with the depth observed by depthservo. Besides this comment three lines
 // differ: the include, the type of s, and the call of observe.
 #include <depthservo/features/FeaturePoint.h>
+#include <depthservo/visp/using.h>
+#include <visp3/core/vpExponentialMap.h>
 #include <visp3/core/vpPoint.h>
-#include <visp3/robot/vpSimulatorCamera.h>
 #include <visp3/visual_features/vpFeatureBuilder.h>
 #include <visp3/vs/vpServo.h>
 
@@ -10,19 +11,13 @@
 #include <cmath>
 #include <iostream>
 
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
-
 int main() {
   const double dt = 1. / 30;
   const vpCameraParameters cam(600, 600, 320, 240);
   const vpHomogeneousMatrix cdMo(0, 0, 0.5, 0, 0, 0);  // the goal: 0.5 m before the target
 
-  vpSimulatorCamera robot;
-  robot.setSamplingTime(dt);
-  robot.setPosition(vpHomogeneousMatrix(vpTranslationVector(0.35, -0.25, -0.9),
-                                        vpRotationMatrix(vpThetaUVector(0.2, 0.3, 0.4))));
+  vpHomogeneousMatrix wMc(vpTranslationVector(0.35, -0.25, -0.9),
+                          vpRotationMatrix(vpThetaUVector(0.2, 0.3, 0.4)));  // of a free camera
 
   vpPoint target[4] = {vpPoint(-0.1, -0.1, 0), vpPoint(0.1, -0.1, 0), vpPoint(0.1, 0.1, 0),
                        vpPoint(-0.1, 0.1, 0)};
@@ -45,14 +40,14 @@ int main() {
   double error = 1, path = 0;
   for (; frame < 1500 && error > 1e-3; ++frame) {
     for (int i = 0; i < 4; ++i) {
-      target[i].track(robot.getPosition().inverse());  // stands for the tracker in the image
+      target[i].track(wMc.inverse());  // stands for the tracker in the image
       const vpImagePoint pixel(240 + 600 * target[i].get_y(), 320 + 600 * target[i].get_x());
       vpFeatureBuilder::create(s[i], cam, pixel);
       s[i].observe(v, dt);
     }
     v = task.computeControlLaw();
     error = task.getError().frobeniusNorm();
-    robot.setVelocity(vpRobot::CAMERA_FRAME, v);
+    wMc = wMc * vpExponentialMap::direct(v, dt);
     path += dt * std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
 

@@ -3,6 +3,7 @@
 // observer needs, the twist of the camera, is cVe eJe qdot with the matrices the task has anyway.
 #include <depthservo/features/FeaturePoint.h>
 #include <depthservo/features/cameraTwist.h>
+#include <depthservo/visp/using.h>
 #include <visp3/core/vpHomogeneousMatrix.h>
 #include <visp3/core/vpPoint.h>
 #include <visp3/visual_features/vpFeatureBuilder.h>
@@ -12,10 +13,6 @@
 #include <array>
 #include <cmath>
 #include <iostream>
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace {
 

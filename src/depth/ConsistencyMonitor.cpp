@@ -31,6 +31,9 @@ constexpr int kFewest = 30;
 /// How long a cause must be the likeliest before it is named [s].
 constexpr double kAgreed_s = 0.5;
 
+/// The same of the motion as a whole: other causes take that long to gather evidence [s].
+constexpr double kMotionAgreed_s = 2;
+
 /// A latency below this share of the image period is not told from odometry noise, which has the
 /// same effect as half a period when it is measured (averaging two noisy twists helps).
 constexpr double kLeastLatency = 0.6;
@@ -39,8 +42,9 @@ constexpr double kLeastLatency = 0.6;
 constexpr double kLeastExplained = 25;
 
 /// No camera is calibrated worse than this; motion that hardly shows the focal length, straight
-/// ahead with noisy odometry, fits such values.
-constexpr double kLargestFocal = 0.4;
+/// ahead with noisy odometry, fits such values. Nor is a gyro that bad [rad/s], an image that late
+/// [s]: beyond, the motion is another one.
+constexpr double kLargestFocal = 0.4, kLargestGyroBias = 0.2, kLargestLatency = 0.3;
 
 /// Mean NIS of the measurements that were not rejected, below which the rejected ones are outliers
 /// rather than signs of a wrong model.
@@ -48,6 +52,17 @@ constexpr double kOthersAgree = 2.6;
 
 /// Causes that explain at least this share of what the best one does cannot be told apart.
 constexpr double kRivals = 0.8;
+
+/// From this share of rejected measurements on something is wrong that a small error is not; and a
+/// cause that leaves more than this share of it unexplained is not the cause.
+constexpr double kManyRejected = 0.15;
+constexpr double kUnexplained = 0.5;
+
+/// Measurements without which there is no verdict.
+constexpr int kFewestValues = ConsistencyMonitor::kFewestValues;
+
+/// A target that moves slower than this is not told from the odometry's error [m/s].
+constexpr double kLeastSpeed = 0.001;
 
 /// NIS beyond which a point starts anew: it is another point.
 constexpr double kLargestNis = 1e6;
@@ -89,7 +104,8 @@ void ConsistencyMonitor::reset() {
   sum_.setZero();
   square_.setZero();
   information_.setZero();
-  measured_ = rejected_ = above_s_ = below_s_ = held_s_ = 0;
+  measured_ = rejected_ = far_ = excess_ = above_s_ = below_s_ = held_s_ = 0;
+  all_ = {};
   latest_ = {};
   startRcamera_.setIdentity();
   twistCount_ = 0;
@@ -105,6 +121,14 @@ ConsistencyMonitor::Slot* ConsistencyMonitor::findOrAdd(int id) {
   slot.id = id;
   slot.isStarted = false;
   return &slot;
+}
+
+void ConsistencyMonitor::retire(int id) {
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (slots_[i].id != id) continue;
+    slots_[i] = slots_[--size_];
+    return;
+  }
 }
 
 void ConsistencyMonitor::predict(const Motion& motion) {
@@ -153,6 +177,7 @@ void ConsistencyMonitor::correctSlot(Slot& slot, const PointMeasurement& measure
   detail::FilterInnovation<double> nu{};
   detail::innovate(s, measurement.x, measurement.y, r, nu);
   if (p.phase == Phase::behind || !(nu.det > 0 && nu.nis >= 0 && nu.nis < kLargestNis)) {
+    countRejected(kCappedNis);
     startSlot(slot, measurement, {1 / range_.clampChi(p.chi)});
     return;
   }
@@ -166,16 +191,18 @@ void ConsistencyMonitor::correctSlot(Slot& slot, const PointMeasurement& measure
     const Eigen::Matrix<double, kHypotheses, 2> weighted = by.transpose() * inverse;
     score_ += weighted * Eigen::Vector2d(nu.x, nu.y);
     information_ += weighted * by;
+    excess_ += scoreWeight(nu.nis) * nu.nis - 2;
   }
   const bool isNear = nu.nis <= options.gate;
   if (isNear) {
     current_.sum += nu.nis;
     ++current_.count;
+    all_.sum += nu.nis;
+    ++all_.count;
     rejected_ += p.rejections == 1;  // alone: an outlier; in a row: rather a wrong model
     p.rejections = 0;
   } else {
-    current_.far += nu.nis;
-    ++current_.farCount;
+    countRejected(nu.nis);
     ++p.rejections;
   }
   detail::FilterGain<double> K{};
@@ -186,6 +213,14 @@ void ConsistencyMonitor::correctSlot(Slot& slot, const PointMeasurement& measure
   detail::setState(p, s);
   p.r = r;
   p.phase = Phase::measured;
+}
+
+void ConsistencyMonitor::countRejected(double nis) {
+  current_.far += nis;
+  ++current_.farCount;
+  ++far_;
+  all_.far += std::min(nis, kCappedNis);
+  ++all_.farCount;
 }
 
 void ConsistencyMonitor::startSlot(Slot& slot, const PointMeasurement& measurement,
@@ -203,6 +238,8 @@ void ConsistencyMonitor::correct(const std::vector<PointObservation>& observatio
   information_ *= keep;
   measured_ *= keep;
   rejected_ *= keep;
+  far_ *= keep;
+  excess_ *= keep;
   current_ = {};
   score_.setZero();
   for (const PointObservation& observation : observations) {
@@ -254,7 +291,7 @@ ConsistencyMonitor::Nis ConsistencyMonitor::windowedNis() const {
   return nis;
 }
 
-double ConsistencyMonitor::varianceFactor() const {
+ConsistencyMonitor::Image ConsistencyMonitor::windowed() const {
   Image all;
   for (const Image& image : images_) {
     all.sum += image.sum;
@@ -262,8 +299,19 @@ double ConsistencyMonitor::varianceFactor() const {
     all.far += image.far;
     all.farCount += image.farCount;
   }
+  return all;
+}
+
+ConsistencyMonitor::Total ConsistencyMonitor::total() const {
+  const int n = all_.count + all_.farCount;
+  return {all_.count, all_.farCount, n > 0 ? (all_.sum + all_.far) / n : 2};
+}
+
+double ConsistencyMonitor::varianceFactor() const {
+  const Image all = windowed();
   const Cause cause = diagnosis().cause;
-  const bool isModel = cause != Cause::none && cause != Cause::outliers && cause != Cause::noise;
+  const bool isModel = cause != Cause::none && cause != Cause::outliers && cause != Cause::noise &&
+                       cause != Cause::noData;
   if (all.farCount > 0 && (isModel || all.farCount > all.count)) {
     return std::max(1., (all.sum + all.far) / (2 * (all.count + all.farCount)));
   }
@@ -299,55 +347,85 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
   const Nis nis = windowedNis();
   d.meanNis = nis.mean;
   d.values = nis.values;
-  if (nis.values == 0 || next_ < static_cast<std::size_t>(kFewest)) return d;
+  d.rejected = windowed().farCount;
+  if (next_ < static_cast<std::size_t>(kFewest)) return d;
+  if (d.values + d.rejected < kFewestValues) {
+    d.cause = Cause::noData;
+    d.size = d.values + d.rejected;
+    return d;
+  }
+  const double explained = judgeModel(d);
+  const bool manyRejected = far_ > kManyRejected * measured_;
+  const bool areOutliers = nis.mean < kOthersAgree && rejected_ > kUnexplained * far_;
+  if (manyRejected && !areOutliers && explained < (1 - kUnexplained) * excess_) {
+    d.cause = Cause::motion;
+    d.rival = Cause::none;
+    d.size = far_ / measured_;
+    d.evidence = std::sqrt(std::max(0., excess_ - explained));
+    return d;
+  }
+  if (d.cause == Cause::none) judgeNoise(d);
+  return d;
+}
 
-  double best = 0, second = 0;  // decrease of the sum of NIS by a cause
+/// Names the cause that explains most of the innovations, if one has the evidence. \return by how
+/// much it lowers the sum of NIS
+double ConsistencyMonitor::judgeModel(Diagnosis& d) const {
+  const bool isNoisy = step_.variance_t > 0 || step_.variance_theta > 0;
+  double best = 0, second = 0;
+  Cause secondCause = Cause::none;
   const auto consider = [&](Cause cause, int first, int count) {
     const Fit fit = fitted(first, count);
-    const bool isTooSmall = cause == Cause::latency && std::abs(fit.size) < kLeastLatency * dt_;
-    const bool isTooLarge = cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal;
+    const bool isTooLarge =
+        (cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal) ||
+        (cause == Cause::gyroBias && fit.size > kLargestGyroBias) ||
+        (cause == Cause::latency && std::abs(fit.size) > kLargestLatency);
     const bool isCovered = fit.explained < kLeastExplained;
-    if (isTooSmall || isTooLarge || isCovered || fit.evidence < options_.evidence) return;
-    if (fit.explained > best) {
+    if (isTooLarge || isCovered || fit.evidence < options_.evidence) return;
+    const bool isTooSmall =
+        (cause == Cause::latency && isNoisy && std::abs(fit.size) < kLeastLatency * dt_) ||
+        (cause == Cause::movingTarget && fit.size < kLeastSpeed);
+    if (!isTooSmall && fit.explained > best) {
       second = best;
-      d.rival = d.cause;
+      secondCause = d.cause;
       best = fit.explained;
       d.cause = cause;
       d.evidence = fit.evidence;
       d.size = fit.size;
     } else if (fit.explained > second) {
       second = fit.explained;
-      d.rival = cause;
+      secondCause = cause;
     }
   };
   consider(Cause::latency, kLatency, 1);
   consider(Cause::gyroBias, kGyroBias, 3);
   consider(Cause::focalLength, kFocal, 1);
   consider(Cause::movingTarget, kTarget, 3);
-  if (second < kRivals * best) d.rival = Cause::none;
-  if (d.cause != Cause::none) return d;
+  if (best > 0 && second >= kRivals * best) d.rival = secondCause;
+  return best;
+}
 
+void ConsistencyMonitor::judgeNoise(Diagnosis& d) const {
+  const Nis nis = windowedNis();
   const double expected = kExpectedRejections * measured_;
   const bool othersAgree = nis.mean < kOthersAgree;
   if (othersAgree && rejected_ > kRejectionFactor * expected + kRejectionSlack) {
     d.cause = Cause::outliers;
     d.size = rejected_ / measured_;
     d.evidence = (rejected_ - expected) / std::sqrt(std::max(1., expected));
-    return d;
-  }
-  if (above_s_ >= options_.hold_s || below_s_ >= options_.hold_s) {
+  } else if (above_s_ >= options_.hold_s || below_s_ >= options_.hold_s) {
     d.cause = Cause::noise;
     d.size = nis.mean / 2;
     d.evidence = std::abs(nis.deviation);
   }
-  return d;
 }
 
 ConsistencyMonitor::Diagnosis ConsistencyMonitor::diagnosis() const {
-  if (held_s_ >= kAgreed_s) return latest_;
+  if (held_s_ >= (latest_.cause == Cause::motion ? kMotionAgreed_s : kAgreed_s)) return latest_;
   Diagnosis undecided;
   undecided.meanNis = latest_.meanNis;
   undecided.values = latest_.values;
+  undecided.rejected = latest_.rejected;
   return undecided;
 }
 
@@ -367,6 +445,18 @@ const char* ConsistencyMonitor::toString(Cause cause) {
       return "outliers";
     case Cause::noise:
       return "noise";
+    case Cause::motion:
+      return "motion";
+    case Cause::frame:
+      return "frame";
+    case Cause::clock:
+      return "clock";
+    case Cause::unit:
+      return "unit";
+    case Cause::poseConvention:
+      return "pose-convention";
+    case Cause::noData:
+      return "no-data";
   }
   return "";
 }
@@ -374,6 +464,7 @@ const char* ConsistencyMonitor::toString(Cause cause) {
 const char* ConsistencyMonitor::unitOf(Cause cause) {
   switch (cause) {
     case Cause::latency:
+    case Cause::clock:
       return "s";
     case Cause::gyroBias:
       return "rad/s";
@@ -412,9 +503,9 @@ std::string ConsistencyMonitor::Diagnosis::message() const {
           100 * size);
       break;
     case Cause::movingTarget:
-      say("the target moves, at about %.3f m/s (evidence %.0f sigma, mean NIS %.2f of %d values); "
+      say("the target moves, at about %.1f mm/s (evidence %.0f sigma, mean NIS %.2f of %d values); "
           "its depth cannot be observed so",
-          size);
+          1e3 * size);
       break;
     case Cause::outliers:
       say("outliers: %.1f %% of the measurements are rejected (%.0f sigma, mean NIS of the others "
@@ -427,6 +518,21 @@ std::string ConsistencyMonitor::Diagnosis::message() const {
                    : "innovations only %.2f times the declared variance (%.0f sigma, mean NIS %.2f "
                      "of %d values): declare less noise for smaller sigmas",
           size);
+      break;
+    case Cause::motion:
+    case Cause::frame:
+    case Cause::clock:
+    case Cause::unit:
+    case Cause::poseConvention:
+      std::snprintf(text, sizeof text,
+                    "the motion does not explain the images at all: %d of %d measurements are "
+                    "rejected; check its frame, sign, unit and clock, and the order of quaternions",
+                    rejected, rejected + values);
+      break;
+    case Cause::noData:
+      std::snprintf(text, sizeof text,
+                    "not judged: only %d measurements could be compared with the odometry",
+                    values + rejected);
       break;
   }
   const char* const likewise = rival == Cause::latency        ? "images that are late"

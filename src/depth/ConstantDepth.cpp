@@ -12,6 +12,7 @@ void ConstantDepth::reset(const PointMeasurement& measurement, const DepthPrior&
   if (!measurement.isUsable()) return;
   const DepthPrior usable = prior.sanitised(range_);
   estimate_ = {};
+  isMotionKnown_ = true;
   estimate_.chi = 1 / usable.Z;
   estimate_.sigma_chi = usable.sigma_chi;
   takePoint(measurement);
@@ -20,9 +21,12 @@ void ConstantDepth::reset(const PointMeasurement& measurement, const DepthPrior&
 void ConstantDepth::predict(const Motion& motion) {
   if (estimate_.status == DepthStatus::unset || !motion.isUsable()) return;
   const double chi = estimate_.chi, sigma_chi = estimate_.sigma_chi;
+  isMotionKnown_ = !motion.unknown.exists();
   estimate_ = predicted(estimate_, motion, range_);
   estimate_.chi = chi;
-  estimate_.sigma_chi = sigma_chi;
+  estimate_.sigma_chi =
+      isMotionKnown_ ? sigma_chi
+                     : widened({0, sigma_chi}, {estimate_.x, estimate_.y, chi}, motion.unknown).chi;
   if (estimate_.status != DepthStatus::lost) estimate_.status = DepthStatus::coasting;
 }
 
@@ -41,6 +45,7 @@ void ConstantDepth::takePoint(const PointMeasurement& measurement) {
   estimate_.sigma_xy = measurement.sigma;
   const bool isKnown = estimate_.sigma_chi < kValidRelativeSigma * estimate_.chi;
   estimate_.status = isKnown ? DepthStatus::valid : DepthStatus::unexcited;
+  if (!isMotionKnown_) estimate_.status = whileMotionIsUnknown(estimate_.status);
 }
 
 void ConstantDepth::correctDepth(const DepthPrior& measured) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ostream>
 
 namespace depthservo {
 
@@ -26,6 +27,8 @@ const char* toString(DepthStatus status) {
   return "";
 }
 
+std::ostream& operator<<(std::ostream& out, DepthStatus status) { return out << toString(status); }
+
 bool DepthPrior::isUsable() const {
   return Z > 0 && std::isfinite(Z) && sigma_chi >= 0 && std::isfinite(sigma_chi);
 }
@@ -42,6 +45,23 @@ DepthPrior DepthPrior::sanitised(const DepthRange& range) const {
 DepthEstimate::Interval DepthEstimate::interval() const {
   const double nearest = chi + 2 * sigma_chi, farthest = chi - 2 * sigma_chi;
   return {1 / nearest, farthest > 0 ? 1 / farthest : std::numeric_limits<double>::infinity()};
+}
+
+PointSigmas widened(const PointSigmas& sigmas, const PointState& point,
+                    const UnknownPart& unknown) {
+  constexpr double kSigmasOfBound = 2;
+  const double distance = std::max(unknown.distance_m, 0.), angle = std::max(unknown.angle_rad, 0.);
+  const double chi = std::max(point.chi, 0.), r2 = point.x * point.x + point.y * point.y;
+  const double near = chi + kSigmasOfBound * sigmas.chi;
+  const double widest = std::max({DepthPrior::kWideSigma_chi, chi, sigmas.chi});
+  double sigma_chi = widest;
+  if (near * distance < 1) {
+    const double nearest = near / (1 - near * distance) + angle * std::sqrt(r2) * chi;
+    sigma_chi = std::min((nearest - chi) / kSigmasOfBound, widest);
+  }
+  const double across = std::sqrt(1 + r2) * (distance * near + angle * std::sqrt(1 + r2));
+  return {std::min(sigmas.xy + across / kSigmasOfBound, PointMeasurement::kLargestSigma),
+          std::max(sigma_chi, sigmas.chi)};
 }
 
 DepthEstimate predicted(const DepthEstimate& estimate, const Motion& motion,
@@ -61,6 +81,13 @@ DepthEstimate predicted(const DepthEstimate& estimate, const Motion& motion,
                              PointMeasurement::kLargestSigma);
   result.sigma_chi =
       std::min(estimate.sigma_chi * std::abs(J_point_chi.z()), DepthPrior::kLargestSigma_chi);
+  if (motion.unknown.exists()) {
+    const PointState now{result.x, result.y, result.chi};
+    const PointSigmas wide = widened({result.sigma_xy, result.sigma_chi}, now, motion.unknown);
+    result.sigma_xy = wide.xy;
+    result.sigma_chi = wide.chi;
+    result.status = whileMotionIsUnknown(result.status);
+  }
   return result;
 }
 

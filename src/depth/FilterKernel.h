@@ -11,7 +11,8 @@ namespace depthservo::detail {
 /// A camera motion as the kernel reads it.
 struct FilterStep {
   double R11, R12, R13, R21, R22, R23, R31, R32, R33, t1, t2, t3;
-  double variance_t, variance_theta, rho, pull;
+  double variance_t, variance_theta, rho, bias_variance;
+  UnknownPart unknown;
 
   FilterStep(const Motion& m, const OdometryNoise::Step& noise)
       : R11(m.R(0, 0)),
@@ -29,17 +30,32 @@ struct FilterStep {
         variance_t(noise.variance_t),
         variance_theta(noise.variance_theta),
         rho(noise.rho),
-        pull(noise.pull) {}
+        bias_variance(noise.bias_variance),
+        unknown(m.unknown) {}
 };
 
 /// No update can be trusted to leave less of a variance than this share: rounding.
 constexpr double kLeastShare = 1e-15;
 
+/// Measured noise is at first taken to have half of the declared variance; that weighs as much as
+/// one innovation that consists of it.
+constexpr double kFirstLevel = 0.5, kLevelWeight = 4;
+
+/// What measured translation noise does to chi; see unbias().
+template <class T>
+struct FilterBias {
+  T variance_t{};   ///< of the noise that is still in x and y, by chi^2 [m^2]
+  T variance_xy{};  ///< with that of the rotation, in x and y [-]
+  T mean{};         ///< error of chi [1/m] that the declared noise would cause
+  T levelSum = T{} + kFirstLevel * kLevelWeight;  ///< / levelWeight: true / declared variance
+  T levelWeight = T{} + kLevelWeight;
+};
+
 template <class T>
 struct FilterState {
   T x, y, c;
   T xx, xy, xc, yy, yc, cc;
-  T pull{};  ///< OdometryNoise::Step::pull since the last correction
+  FilterBias<T> bias{};
 };
 
 /// Derivative of the flow: row x, row y, row chi.
@@ -104,7 +120,10 @@ DEPTHSERVO_INLINE void predictState(const FilterStep& m, const FilterState<T>& s
   n.yy = Ayx * F.yx + Ayy * F.yy + Ayc * ycRho + k * y1 + q * (y1 * y1 + x2 * y2 + x2);
   n.yc = Ayx * F.cx + Ayy * F.cy + Ayc * F.cc + across * (c * y);
   n.cc = Acx * F.cx + Acy * F.cy + Acc * F.cc + c * c * (k + q * (x2 + y2));
-  n.pull = s.pull + m.pull;
+  n.bias = s.bias;
+  n.bias.variance_t = n.bias.variance_t + m.bias_variance;
+  n.bias.variance_xy = n.bias.variance_xy + k + q;
+  n.bias.mean = n.bias.mean * F.cc;
   next.size = x2 + y2 + c * c + n.xx + n.yy + n.cc;
 }
 
@@ -131,15 +150,56 @@ struct FilterGain {
   T xx, xy, yx, yy, cx, cy;
 };
 
-/// Relative sigma of chi, squared, below which the pull of measured noise is taken back: further
-/// out its mean, a derivative by chi, is not to be trusted.
-constexpr double kLargestPulled = 0.04;
+/// Share of chi^2 in E; 4 by the first order, the rest for the higher ones.
+constexpr double kBiasOfNoise = 4.4;
+
+/// True noise is taken to have at most this many times the declared variance.
+constexpr double kLargestLevel = 2;
+
+/// Innovations beyond the gate, believed after many, count no more than this.
+constexpr double kLargestNis = 14;
+
+/// No step is taken to be more biased than this.
+constexpr double kLargestBias = 0.2;
+
+/// Keeps quotients of two zeros zero.
+constexpr double kNothing = 1e-300;
+
+/// Takes the bias of measured translation noise back, as far as the noise is there.
+///
+/// Such noise e is in the innovation, - chi e, and through F in the gain of chi, too (errors in
+/// variables). With D = P_xc / P_cc, the parallax since x was last measured, S the innovation's
+/// variance and V that of the noise in D, both along one axis, the mean of gain times innovation is
+///     - chi E,   E = V d/dD [D / (D^2 + S / P_cc)], over both axes  = 2 V P_cc+ / S,
+/// and D^2 is too large, so that P_cc+ has to be 1 + E times itself. How much noise there is, is in the
+/// innovations: their NIS is 2 + h (level - 1), where h = 2 (share of odometry noise in S) and level
+/// the true variance in units of the declared. chi is corrected by level E chi, as far as it is
+/// known; E chi, with what chi may be more than it seems, sums up to `bias.mean`, of which a share
+/// enters sigma (biasVariance).
+template <class T>
+DEPTHSERVO_INLINE void unbias(FilterState<T>& s, const T& before, const T& twiceS, const T& nis,
+                              const FilterGain<T>& K) {
+  FilterBias<T>& b = s.bias;
+  const T share = kBiasOfNoise / twiceS, h = share * b.variance_xy;
+  const T bounded = nis < kLargestNis ? nis : kLargestNis + 0 * nis;
+  b.levelSum = b.levelSum + h * (bounded - 2 + h);
+  b.levelWeight = b.levelWeight + h * h;
+  T level = b.levelSum / b.levelWeight;
+  level = level > 0 ? level : 0 * level;
+  level = level < kLargestLevel ? level : kLargestLevel + 0 * level;
+  T E = share * b.variance_t * s.cc;
+  E = E < kLargestBias ? E : kLargestBias + 0 * E;
+  const T c2 = s.c * s.c, size = 1 / (c2 + 0.25 * before + kNothing), known = E * (c2 * size);
+  const T chi = s.c > 0 ? s.c : -s.c;
+  b.mean = b.mean * (s.cc / (before + kNothing)) + E * chi * (1 + 2 * s.cc * size);
+  s.c = s.c + level * known * s.c;
+  s.cc = s.cc * (1 + known);
+  const T kept = (1 - K.xx) * (1 - K.yy);
+  b.variance_t = b.variance_t * kept;
+  b.variance_xy = b.variance_xy * kept;
+}
 
 /// With measurement variance r I the corrected covariance is r K in all but chi: nothing cancels.
-///
-/// Measured translation noise e is in the innovation, - chi e, and through F in the gain of chi,
-/// too: with their product's mean, first order in the noise's variance `pull`, chi would be pulled
-/// to zero. What is added is that mean with the opposite sign, for K_c(F) = F P / (F^2 P + r).
 template <class T>
 DEPTHSERVO_INLINE void correctState(FilterState<T>& s, const FilterInnovation<T>& nu, const T& r,
                                     FilterGain<T>& K) {
@@ -154,18 +214,15 @@ DEPTHSERVO_INLINE void correctState(FilterState<T>& s, const FilterInnovation<T>
   K.cy = s.yc * ax - s.xc * bx;
   s.x = s.x + K.xx * nu.x + K.xy * nu.y;
   s.y = s.y + K.yx * nu.x + K.yy * nu.y;
-  const T removed = K.cx * s.xc + K.cy * s.yc, half = s.cc - 2 * removed;
-  const T slope = (half > 0) & (s.cc < kLargestPulled * (s.c * s.c)) ? half : s.cc * 0;
-  const T across = (1 + s.x * s.x) * cx + (1 + s.y * s.y) * ax;
-  s.c = s.c + K.cx * nu.x + K.cy * nu.y + s.pull * s.c * slope * across;
-  s.pull = s.cc * 0;
-  const T cc = s.cc - removed, least = kLeastShare * s.cc;
-  s.cc = cc > least ? cc : least;
+  s.c = s.c + K.cx * nu.x + K.cy * nu.y;
+  const T before = s.cc, left = before - (K.cx * s.xc + K.cy * s.yc), least = kLeastShare * before;
+  s.cc = left > least ? left : least;
   s.xx = r * K.xx;
   s.xy = r * 0.5 * (K.xy + K.yx);
   s.xc = r * K.cx;
   s.yy = r * K.yy;
   s.yc = r * K.cy;
+  unbias(s, before, a + c, nu.nis, K);
 }
 
 }  // namespace depthservo::detail

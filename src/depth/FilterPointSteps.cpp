@@ -56,6 +56,19 @@ void correctSensitivity(double (&e)[3], const FilterGain<double>& K, double nu_x
   e[2] += K.cx * nu_x + K.cy * nu_y;
 }
 
+/// What a part of the motion that is not known does to a point.
+void letDrift(FilterPoint& p, const UnknownPart& unknown) {
+  const double sigma_xy = std::sqrt(std::max({p.xx, p.yy, 0.}));
+  const PointSigmas wide =
+      widened({sigma_xy, std::sqrt(std::max(p.cc, 0.))}, {p.x, p.y, p.chi}, unknown);
+  p.xx = p.yy = wide.xy * wide.xy;
+  p.cc = std::min(wide.chi * wide.chi, kLargestVariance);
+  p.xy = p.xc = p.yc = p.noise_t = p.noise_xy = p.bias = 0;
+  p.accepted = 0;
+  p.rejections = 0;
+  p.phase = Phase::adrift;
+}
+
 /// NIS when the innovation also varies with the considered parameters.
 double consideredNis(const FilterPoint& p, const FilterInnovation<double>& nu, double r,
                      const InverseDepthFilterOptions& options) {
@@ -66,6 +79,15 @@ double consideredNis(const FilterPoint& p, const FilterInnovation<double>& nu, d
   const double b = p.xy + s2 * sx * sy + f2 * fx * fy;
   const double c = p.yy + r + s2 * sy * sy + f2 * fy * fy;
   return (c * nu.x * nu.x - 2 * b * nu.x * nu.y + a * nu.y * nu.y) / (a * c - b * b);
+}
+
+/// What is not known of the bias by measured odometry noise: a share of it, as the level of the noise
+/// is not known exactly, and more of its square, the next order.
+double biasVariance(const FilterPoint& p) {
+  constexpr double kShare = 0.3, kOfSquare = 4;
+  const double bias2 = p.bias * p.bias, chi2 = p.chi * p.chi;
+  const double relative2 = bias2 < chi2 ? bias2 / chi2 : 1;
+  return std::min(bias2 * (kShare + kOfSquare * relative2), kLargestVariance);
 }
 
 }  // namespace
@@ -114,6 +136,16 @@ void resetPoint(FilterPoint& p, const PointMeasurement& measurement,
   p.phase = Phase::measured;
 }
 
+void rejoinPoint(FilterPoint& p, const PointMeasurement& measurement) {
+  p.x = p.focal[0] = measurement.x;
+  p.y = p.focal[1] = measurement.y;
+  p.scale[0] = p.scale[1] = 0;
+  p.r = measurementVariance(measurement.sigma);
+  p.xx = p.yy = std::min(p.r, kLargestVariance);
+  p.xy = p.xc = p.yc = 0;
+  p.phase = Phase::measured;
+}
+
 void predictPoint(FilterPoint& p, const FilterStep& step,
                   const InverseDepthFilterOptions& options) {
   if (p.phase == Phase::unset || p.phase == Phase::behind) return;
@@ -134,16 +166,18 @@ void predictPoint(FilterPoint& p, const FilterStep& step,
   if (options.focalSigma > 0) propagate(p.focal, F);
   setState(p, next.state);
   p.parallax2 = F.xc * F.xc + F.yc * F.yc;
-  p.phase = Phase::coasting;
+  if (p.phase != Phase::adrift) p.phase = Phase::coasting;
+  if (step.unknown.exists()) letDrift(p, step.unknown);
 }
 
 void correctPoint(FilterPoint& p, const PointMeasurement& measurement,
                   const InverseDepthFilterOptions& options, const DepthRange& range) {
   if (p.phase == Phase::unset) return;
   if (!measurement.isUsable()) {
-    if (p.phase != Phase::behind) p.phase = Phase::rejected;
+    if (p.phase != Phase::behind && p.phase != Phase::adrift) p.phase = Phase::rejected;
     return;
   }
+  if (p.phase == Phase::adrift) return rejoinPoint(p, measurement);
   const double r = measurementVariance(measurement.sigma);
   FilterState<double> s = stateOf(p);
   FilterInnovation<double> nu{};
@@ -197,6 +231,7 @@ void correctPointDepth(FilterPoint& p, const DepthPrior& usable, const DepthRang
   p.xc *= left;
   p.yc *= left;
   p.cc = std::max(p.cc * left, kLeastShare * p.cc);
+  p.bias *= left;
 }
 
 DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noise, double dt,
@@ -207,7 +242,7 @@ DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noi
   e.x = p.x;
   e.y = p.y;
   e.chi = range.clampChi(p.chi);
-  e.sigma_chi = std::sqrt(std::max(p.cc + extra.cc, 0.));
+  e.sigma_chi = std::sqrt(std::max(p.cc + biasVariance(p) + extra.cc, 0.));
   e.sigma_xy = std::sqrt(std::max({p.xx + extra.xx, p.yy + extra.yy, 0.}));
   const double parallax = std::sqrt(p.parallax2);
   e.excitation = dt > 0 ? std::min(parallax / dt, kLargestSpeed) : 0;
@@ -222,6 +257,7 @@ DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noi
       e.status = DepthStatus::lost;
       break;
     case Phase::coasting:
+    case Phase::adrift:
       e.status = e.sigma_xy > options.lost_sigma ? DepthStatus::lost : DepthStatus::coasting;
       break;
     case Phase::rejected:
@@ -232,6 +268,7 @@ DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noi
                  : range.isFound(e.chi, e.sigma_chi) ? DepthStatus::valid
                                                      : DepthStatus::converging;
   }
+  if (!noise.isKnown) e.status = whileMotionIsUnknown(e.status);
   return e;
 }
 

@@ -18,7 +18,8 @@ double measurementVariance(double sigma);
 constexpr double kLargestVariance = 1e30;
 
 DEPTHSERVO_INLINE FilterState<double> stateOf(const FilterPoint& p) {
-  return {p.x, p.y, p.chi, p.xx, p.xy, p.xc, p.yy, p.yc, p.cc, p.pull};
+  return {p.x, p.y, p.chi, p.xx, p.xy, p.xc, p.yy, p.yc, p.cc,
+          {p.noise_t, p.noise_xy, p.bias, p.levelSum, p.levelWeight}};
 }
 
 DEPTHSERVO_INLINE void setState(FilterPoint& p, const FilterState<double>& s) {
@@ -31,7 +32,11 @@ DEPTHSERVO_INLINE void setState(FilterPoint& p, const FilterState<double>& s) {
   p.yy = s.yy;
   p.yc = s.yc;
   p.cc = s.cc;
-  p.pull = s.pull;
+  p.noise_t = s.bias.variance_t;
+  p.noise_xy = s.bias.variance_xy;
+  p.bias = s.bias.mean;
+  p.levelSum = s.bias.levelSum;
+  p.levelWeight = s.bias.levelWeight;
 }
 
 /// Variance of a direct measurement of chi, at least that of 0.1 % of it: a false certainty could
@@ -49,6 +54,8 @@ Verdict judge(FilterPoint& p, double nis, const InverseDepthFilterOptions& optio
 double weighted(double r, double nis, const InverseDepthFilterOptions& options);
 
 void resetPoint(FilterPoint& p, const PointMeasurement& measurement, const DepthPrior& usablePrior);
+/// The depth at hand, at the place of this measurement: the way there is not known.
+void rejoinPoint(FilterPoint& p, const PointMeasurement& measurement);
 void predictPoint(FilterPoint& p, const FilterStep& step, const InverseDepthFilterOptions& options);
 void correctPoint(FilterPoint& p, const PointMeasurement& measurement,
                   const InverseDepthFilterOptions& options, const DepthRange& range);

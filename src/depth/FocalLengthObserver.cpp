@@ -103,6 +103,10 @@ Eigen::Matrix4d FocalLengthObserver::predictedCovariance(const Eigen::Matrix2d& 
 
 void FocalLengthObserver::predict(const Motion& motion) {
   if (phase_ == Phase::unset || phase_ == Phase::gone || !motion.isUsable()) return;
+  if (motion.unknown.exists()) {  // the next measurement says where the point is, no more
+    phase_ = Phase::gone;
+    return;
+  }
   const Prediction before = predicted();
   R_ = motion.R * R_;
   elapsed_s_ += motion.dt;

@@ -50,7 +50,11 @@ DEPTHSERVO_INLINE void loadState(const Block& b, std::size_t i,
   L::load(b.yy + i, s.yy);
   L::load(b.yc + i, s.yc);
   L::load(b.cc + i, s.cc);
-  L::load(b.pull + i, s.pull);
+  L::load(b.noise_t + i, s.bias.variance_t);
+  L::load(b.noise_xy + i, s.bias.variance_xy);
+  L::load(b.bias + i, s.bias.mean);
+  L::load(b.levelSum + i, s.bias.levelSum);
+  L::load(b.levelWeight + i, s.bias.levelWeight);
 }
 
 template <int kWidth>
@@ -66,7 +70,11 @@ DEPTHSERVO_INLINE void storeState(Block& b, std::size_t i,
   L::store(b.yy + i, s.yy);
   L::store(b.yc + i, s.yc);
   L::store(b.cc + i, s.cc);
-  L::store(b.pull + i, s.pull);
+  L::store(b.noise_t + i, s.bias.variance_t);
+  L::store(b.noise_xy + i, s.bias.variance_xy);
+  L::store(b.bias + i, s.bias.mean);
+  L::store(b.levelSum + i, s.bias.levelSum);
+  L::store(b.levelWeight + i, s.bias.levelWeight);
 }
 
 /// Predicts a plain block; the lanes of the result's bits are left for the scalar step.
@@ -168,9 +176,11 @@ Steps stepsFor(InverseDepthFilterBatch::Instructions instructions) {
 /// A point that is followed, at rest in the image's centre: fills the last block.
 void fill(Block& b, std::size_t k) {
   for (double* row :
-       {b.x, b.y, b.chi, b.xx, b.xy, b.xc, b.yy, b.yc, b.cc, b.pull, b.parallax2, b.r}) {
+       {b.x, b.y, b.chi, b.xx, b.xy, b.xc, b.yy, b.yc, b.cc, b.noise_t, b.noise_xy, b.bias,
+        b.levelSum, b.parallax2, b.r}) {
     row[k] = 0;
   }
+  b.levelWeight[k] = 1;
   b.phase[k] = Phase::measured;
   b.accepted[k] = detail::kYoung;
   b.rejections[k] = 0;
@@ -212,7 +222,8 @@ FilterPoint InverseDepthFilterBatch::load(std::size_t i) const {
   const std::size_t k = i % kPoints;
   FilterPoint p;
   detail::setState(p, {b.x[k], b.y[k], b.chi[k], b.xx[k], b.xy[k], b.xc[k], b.yy[k], b.yc[k],
-                       b.cc[k], b.pull[k]});
+                       b.cc[k],
+                       {b.noise_t[k], b.noise_xy[k], b.bias[k], b.levelSum[k], b.levelWeight[k]}});
   p.parallax2 = b.parallax2[k];
   p.r = b.r[k];
   for (std::size_t j = 0; j < 3; ++j) {
@@ -237,7 +248,11 @@ void InverseDepthFilterBatch::store(std::size_t i, const FilterPoint& p) {
   b.yy[k] = p.yy;
   b.yc[k] = p.yc;
   b.cc[k] = p.cc;
-  b.pull[k] = p.pull;
+  b.noise_t[k] = p.noise_t;
+  b.noise_xy[k] = p.noise_xy;
+  b.bias[k] = p.bias;
+  b.levelSum[k] = p.levelSum;
+  b.levelWeight[k] = p.levelWeight;
   b.parallax2[k] = p.parallax2;
   b.r[k] = p.r;
   for (std::size_t j = 0; j < 3; ++j) {
@@ -272,7 +287,7 @@ void InverseDepthFilterBatch::predict(const Motion& motion) {
   for (std::size_t first = 0; first < size_; first += kPoints) {
     Block& b = blocks_[first / kPoints];
     unsigned left = 0xff;
-    if (b.isPlain) {
+    if (b.isPlain && !step.unknown.exists()) {
       left = steps.predict(b, step);
       std::memset(b.phase, static_cast<int>(Phase::coasting), sizeof b.phase);
     }

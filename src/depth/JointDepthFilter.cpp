@@ -172,6 +172,9 @@ Coverage JointDepthFilter::advance(const MotionBuffer& odometry, double time_s) 
     case Coverage::reversed:
       return coverage;
     case Coverage::complete:
+    case Coverage::hole:
+    case Coverage::ended:
+    case Coverage::refused:
       predict(shiftedMotion(odometry, time_s_, time_s));
       break;
     case Coverage::empty:
@@ -192,9 +195,11 @@ JointDepthFilter::ShiftedMotion JointDepthFilter::shiftedMotion(const MotionBuff
                                                                 double t0_s, double t1_s) {
   ShiftedMotion shifted;
   const double wanted = timeOffset_ == kNone ? 0 : values_[timeOffset_];
-  double offset = std::max(wanted, t1_s - odometry.end());  // what is not known yet must wait
+  // What is not known yet must wait, but for what never will be.
+  const bool isComplete = odometry.coverage(t0_s, t1_s) == Coverage::complete;
+  double offset = isComplete ? std::max(wanted, t1_s - odometry.end()) : wanted;
   auto interval = odometry.motion(t0_s - offset, t1_s - offset);
-  if (interval.coverage != Coverage::complete) {
+  if (!hasMotion(interval.coverage)) {
     offset = 0;
     interval = odometry.motion(t0_s, t1_s);
   }
@@ -226,6 +231,9 @@ void JointDepthFilter::predict(const ShiftedMotion& shifted) {
     step_.variance_theta += variance * shifted.accelerationVariance[1];
   }
 
+  if (motion.unknown.exists()) {  // each point on its own then, and joint again after an image
+    for (std::size_t i = 0; i < size_; ++i) leave(slots_[i]);
+  }
   const detail::FilterStep step(motion, step_);
   const Motion seen = asMeasured(motion, kappa());
   const bool isSane = step_.variance_t + step_.variance_theta < kLargestState &&

@@ -36,6 +36,7 @@ void NonlinearDepthObserver::reset(const PointMeasurement& measurement, const De
 
 void NonlinearDepthObserver::predict(const Motion& motion) {
   if (phase_ == Phase::unset || phase_ == Phase::gone || !motion.isUsable()) return;
+  isMotionKnown_ = !motion.unknown.exists();
   const Flow next = flow(motion, point_);
   const Eigen::Vector3d J_next_chi =
       flowDerivative(motion, point_, next.point, Eigen::Vector3d::UnitZ());
@@ -60,8 +61,21 @@ void NonlinearDepthObserver::predict(const Motion& motion) {
   window_.add(W2, decayRate, motion.dt, options_.window_s);
 
   predicted_ = predictedVariance();
+  if (motion.unknown.exists()) letDrift(motion.unknown);
   const bool isVague = predicted_.ll > square(options_.lost_sigma);
   phase_ = isVague ? Phase::vague : Phase::coasting;
+}
+
+/// What is not known of the motion teaches nothing: no parallax is left of it.
+void NonlinearDepthObserver::letDrift(const UnknownPart& unknown) {
+  const PointSigmas sigmas{std::sqrt(std::max(0.0, predicted_.ll)),
+                           std::sqrt(std::max(0.0, predicted_.cc))};
+  const PointSigmas wide = widened(sigmas, point_, unknown);
+  variance_ = predicted_ = {square(wide.xy), 0, square(wide.chi)};
+  J_point_chi_ = Eigen::Vector3d::UnitZ();
+  elapsed_s_ = odometryVariance_ = 0;
+  rho_ = 1;
+  isAdrift_ = true;
 }
 
 LineVariance NonlinearDepthObserver::predictedVariance() const {
@@ -75,6 +89,12 @@ void NonlinearDepthObserver::correct(const PointMeasurement& measurement) {
     return;
   }
   if (phase_ == Phase::gone) return reset(measurement, {1 / point_.chi});
+  if (isAdrift_) {
+    const bool isMotionKnown = isMotionKnown_;
+    reset(measurement, {1 / point_.chi, std::sqrt(predicted_.cc)});
+    isMotionKnown_ = isMotionKnown;
+    return;
+  }
   const double r = measurement.sigma * measurement.sigma;
   const LineVariance P = predicted_;
   const Eigen::Vector2d nu(measurement.x - point_.x, measurement.y - point_.y);
@@ -132,6 +152,7 @@ DepthEstimate NonlinearDepthObserver::estimate() const {
   e.sigma_xy = std::min(std::sqrt(std::max(0.0, predicted_.ll)), PointMeasurement::kLargestSigma);
   e.excitation = W_;
   e.status = statusOf(phase_, isExcited(), range_.isFound(e.chi, e.sigma_chi));
+  if (!isMotionKnown_) e.status = whileMotionIsUnknown(e.status);
   return e;
 }
 

@@ -21,6 +21,7 @@ void ObjectDepthObserver::reset() {
   size_ = ignored_ = 0;
   time_s_ = std::numeric_limits<double>::quiet_NaN();
   isStarted_ = false;
+  isMotionKnown_ = true;
   chi_ = 1 / prior_.Z;
   variance_ = {0, 0, square(prior_.sigma_chi)};
   priorChiSum_ = priorSigmaSum_ = 0;
@@ -87,7 +88,7 @@ Coverage ObjectDepthObserver::advance(const MotionBuffer& odometry, double time_
   }
   const auto [motion, coverage] = odometry.motion(time_s_, time_s);
   if (coverage == Coverage::afterEnd || coverage == Coverage::reversed) return coverage;
-  if (coverage == Coverage::complete) {
+  if (hasMotion(coverage)) {
     predict(motion);
   } else {
     forgetPoints();
@@ -98,6 +99,7 @@ Coverage ObjectDepthObserver::advance(const MotionBuffer& odometry, double time_
 
 void ObjectDepthObserver::predict(const Motion& motion) {
   if (!motion.isUsable()) return;
+  isMotionKnown_ = !motion.unknown.exists();
   const OdometryNoise::Step noise = options_.odometry.over(motion);
   double chiSum = 0, gSum = 0, W2Sum = 0;
   int followed = 0;
@@ -149,6 +151,27 @@ void ObjectDepthObserver::predict(const Motion& motion) {
     const bool isVague = positionVariance(p) > square(options_.lost_sigma);
     p.phase = isVague ? Phase::vague : Phase::coasting;
   }
+  if (motion.unknown.exists()) letDrift(motion.unknown);
+}
+
+/// What is not known of the motion teaches nothing: no parallax is left of it.
+void ObjectDepthObserver::letDrift(const UnknownPart& unknown) {
+  const double sigma_chi = std::abs(g_) * std::sqrt(std::max(0.0, variance_.cc));
+  double widest_chi = sigma_chi;
+  for (std::size_t i = 0; i < size_; ++i) {
+    Point& p = points_[i];
+    if (!p.isFollowed()) continue;
+    const PointSigmas sigmas{std::sqrt(std::max(0.0, positionVariance(p))), sigma_chi};
+    const PointSigmas wide = widened(sigmas, {p.s.x(), p.s.y(), chi_}, unknown);
+    widest_chi = std::max(widest_chi, wide.chi);
+    p.odometryVariance = square(wide.xy);
+    p.c.setZero();
+    p.isAdrift = true;
+    if (wide.xy > options_.lost_sigma) p.phase = Phase::vague;
+  }
+  variance_ = {0, 0, square(widest_chi)};
+  g_ = rho_ = 1;
+  elapsed_s_ = 0;
 }
 
 double ObjectDepthObserver::positionVariance(const Point& point) const {
@@ -165,6 +188,7 @@ void ObjectDepthObserver::start(Point& point, const PointMeasurement& measuremen
 }
 
 void ObjectDepthObserver::take(Point& point, const PointMeasurement& measurement) {
+  if (point.isAdrift) return start(point, measurement);
   const double variance = positionVariance(point) + square(measurement.sigma);
   point.nu = Eigen::Vector2d(measurement.x, measurement.y) - point.s;
   if (!(point.nu.squaredNorm() <= squaredGate(options_.gate, options_.gate_sigma, variance))) {
@@ -265,6 +289,7 @@ DepthEstimate ObjectDepthObserver::estimate(int id) const {
   e.excitation = point->W;
   const bool isExcited = W_ > kNoExcitation && window_.isExcited();
   e.status = statusOf(point->phase, isExcited, range_.isFound(e.chi, e.sigma_chi));
+  if (!isMotionKnown_) e.status = whileMotionIsUnknown(e.status);
   return e;
 }
 

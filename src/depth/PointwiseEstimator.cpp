@@ -11,7 +11,7 @@ DepthEstimate PointSetEstimator::estimate(int id, const MotionBuffer& odometry,
   const DepthEstimate last = estimate(id);
   if (last.status == DepthStatus::unset) return last;
   const auto [motion, coverage] = odometry.motion(time(), time_s);
-  return coverage == Coverage::complete ? predicted(last, motion, range()) : last;
+  return hasMotion(coverage) ? predicted(last, motion, range()) : last;
 }
 
 PointwiseEstimator::PointwiseEstimator(const DepthEstimator& prototype, std::size_t capacity,
@@ -90,6 +90,9 @@ Coverage PointwiseEstimator::advance(const MotionBuffer& odometry, double time_s
     case Coverage::reversed:
       return coverage;
     case Coverage::complete:
+    case Coverage::hole:
+    case Coverage::ended:
+    case Coverage::refused:
       for (std::size_t i = 0; i < size_; ++i) slots_[i].estimator->predict(motion);
       break;
     case Coverage::empty:

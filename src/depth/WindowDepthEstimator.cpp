@@ -59,6 +59,7 @@ void WindowDepthEstimator::reset(const PointMeasurement& measurement, const Dept
   vaguest_ = std::max(usable.sigma_chi, DepthPrior::kWideSigma_chi);
   sinceNewest_ = {};
   rejections_ = 0;
+  isMotionKnown_ = true;
   fitWindow();
   estimate_ = {};
   publish(held_);
@@ -86,8 +87,20 @@ void WindowDepthEstimator::predict(const Motion& motion) {
   const double across = (motion.t.head<2>() - m * motion.t.z()).norm() / motion.dt;
   if (std::isfinite(across)) estimate_.excitation = across;
   publish(now.held);
+  isMotionKnown_ = !motion.unknown.exists();
+  if (!isMotionKnown_) letDrift(motion.unknown);
   estimate_.status =
       estimate_.sigma_xy > options_.lost_sigma ? DepthStatus::lost : DepthStatus::coasting;
+}
+
+/// The window starts anew where the point may be now.
+void WindowDepthEstimator::letDrift(const UnknownPart& unknown) {
+  const DepthEstimate e = estimate_;
+  const PointSigmas wide = widened({e.sigma_xy, e.sigma_chi}, {e.x, e.y, e.chi}, unknown);
+  reset({e.x, e.y, wide.xy}, {e.Z(), wide.chi});
+  estimate_.excitation = e.excitation;
+  estimate_.sigma_xy = wide.xy;
+  isLearnt_ = isMotionKnown_ = false;
 }
 
 void WindowDepthEstimator::publish(const Held& now) {
@@ -194,6 +207,7 @@ bool WindowDepthEstimator::isWorthTaking(const WindowFit& fit) const {
 }
 
 DepthStatus WindowDepthEstimator::measuredStatus() const {
+  if (!isMotionKnown_) return DepthStatus::coasting;
   if (isTaken_) {
     const bool isFound = range_.isFound(estimate_.chi, estimate_.sigma_chi);
     return isFound ? DepthStatus::valid : DepthStatus::converging;

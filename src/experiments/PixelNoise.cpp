@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "observation/makeTracker.h"
 
@@ -12,6 +11,99 @@ namespace depthservo {
 namespace {
 
 constexpr double kMostCorrelation = 0.3;
+
+using Sample = PixelNoiseMeter::Sample;
+
+/// The straight line of least squares through the samples of a block.
+struct SlowMotion {
+  double meanTime = 0, timeSquares = 0;
+  Eigen::Array2d mean{0, 0}, slope{0, 0};
+
+  SlowMotion(const Sample* block, std::size_t n) {
+    for (std::size_t i = 0; i < n; ++i) {
+      meanTime += static_cast<double>(block[i].image) / static_cast<double>(n);
+      mean += block[i].pixel.array() / static_cast<double>(n);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const double t = static_cast<double>(block[i].image) - meanTime;
+      timeSquares += t * t;
+      slope += t * (block[i].pixel.array() - mean);
+    }
+    slope /= timeSquares;
+  }
+  Eigen::Array2d residual(const Sample& sample) const {
+    const double t = static_cast<double>(sample.image) - meanTime;
+    return sample.pixel.array() - mean - t * slope;
+  }
+};
+
+/// Sums over the blocks of one point.
+class PointSums {
+ public:
+  Eigen::Array2d squares{0, 0}, products{0, 0};
+  double freedom = 0;
+
+  void add(const Sample* block, std::size_t n) {
+    const SlowMotion line(block, n);
+    Eigen::Array2d before(0, 0);
+    for (std::size_t i = 0; i < n; ++i) {
+      const Eigen::Array2d residual = line.residual(block[i]);
+      squares += residual.square();
+      if (i > 0) products += residual * before;
+      before = residual;
+    }
+    freedom += static_cast<double>(n - 2);
+    widen(line, static_cast<double>(n) / 2);
+  }
+
+  Eigen::Array2d variance() const { return squares / freedom; }
+  double moved_px() const { return (high_ - low_).matrix().norm(); }
+
+ private:
+  /// Half a block either side of its middle; within the noise of the slope that says nothing.
+  void widen(const SlowMotion& line, double half) {
+    constexpr double kSignificant = 5;
+    low_ = low_.min(line.mean);
+    high_ = high_.max(line.mean);
+    const Eigen::Array2d reach = line.slope.abs() * half;
+    const Eigen::Array2d noise = (variance() / line.timeSquares).sqrt() * half;
+    for (int axis = 0; axis < 2; ++axis) {
+      if (reach[axis] < kSignificant * noise[axis]) continue;
+      low_[axis] = std::min(low_[axis], line.mean[axis] - reach[axis]);
+      high_[axis] = std::max(high_[axis], line.mean[axis] + reach[axis]);
+    }
+  }
+
+  Eigen::Array2d low_{INFINITY, INFINITY}, high_{-INFINITY, -INFINITY};
+};
+
+PointSums sumsOf(const std::vector<Sample>& samples) {
+  PointSums sums;
+  for (std::size_t first = 0; first < samples.size(); first += PixelNoiseMeter::kBlock) {
+    const std::size_t n = std::min(PixelNoiseMeter::kBlock, samples.size() - first);
+    if (n >= PixelNoiseMeter::kLeast) sums.add(&samples[first], n);
+  }
+  return sums;
+}
+
+PointNoise noiseOf(int id, std::size_t images, const PointSums& sums) {
+  PointNoise point;
+  point.id = id;
+  point.images = images;
+  point.sigma_u = std::sqrt(sums.variance()[0]);
+  point.sigma_v = std::sqrt(sums.variance()[1]);
+  point.moved_px = sums.moved_px();
+  point.correlation = sums.squares.sum() > 0 ? sums.products.sum() / sums.squares.sum() : 0;
+  return point;
+}
+
+/// More than the noise explains: six standard deviations of the distance of two means of a block.
+bool hasMoved(const PointSums& sums) {
+  constexpr double kFileDigits_px = 1e-6;
+  const double unmoved =
+      6 * std::sqrt(sums.variance().sum() * 2 / static_cast<double>(PixelNoiseMeter::kBlock));
+  return sums.moved_px() > std::max(unmoved, kFileDigits_px);
+}
 
 }  // namespace
 
@@ -24,75 +116,21 @@ void PixelNoiseMeter::add(const std::vector<TrackedPoint>& points) {
 
 PixelNoise PixelNoiseMeter::result() const {
   PixelNoise noise;
-  double squares = 0, freedom = 0;
+  double squares = 0, freedom = 0, correlation = 0;
   for (const auto& [id, samples] : points_) {
-    Eigen::Array2d pointSquares(0, 0), products(0, 0);
-    double pointFreedom = 0;
-    Eigen::Array2d low(INFINITY, INFINITY), high(-INFINITY, -INFINITY);
-    for (std::size_t first = 0; first < samples.size(); first += kBlock) {
-      const std::size_t n = std::min(kBlock, samples.size() - first);
-      if (n < kLeast) break;
-      const Sample* block = &samples[first];
-      double meanTime = 0;
-      Eigen::Array2d mean(0, 0);
-      for (std::size_t i = 0; i < n; ++i) {
-        meanTime += static_cast<double>(block[i].image) / static_cast<double>(n);
-        mean += block[i].pixel.array() / static_cast<double>(n);
-      }
-      double timeSquares = 0;
-      Eigen::Array2d slope(0, 0);
-      for (std::size_t i = 0; i < n; ++i) {
-        const double t = static_cast<double>(block[i].image) - meanTime;
-        timeSquares += t * t;
-        slope += t * (block[i].pixel.array() - mean);
-      }
-      slope /= timeSquares;
-      Eigen::Array2d before(0, 0);
-      for (std::size_t i = 0; i < n; ++i) {
-        const double t = static_cast<double>(block[i].image) - meanTime;
-        const Eigen::Array2d residual = block[i].pixel.array() - mean - t * slope;
-        pointSquares += residual.square();
-        if (i > 0) products += residual * before;
-        before = residual;
-      }
-      pointFreedom += static_cast<double>(n - 2);
-      // Half a block either side of its middle; over the noise of the slope it says nothing.
-      low = low.min(mean);
-      high = high.max(mean);
-      const Eigen::Array2d reach = slope.abs() * static_cast<double>(n) / 2;
-      const Eigen::Array2d slopeNoise =
-          (pointSquares / pointFreedom / timeSquares).sqrt() * static_cast<double>(n) / 2;
-      for (int axis = 0; axis < 2; ++axis) {
-        constexpr double kSignificant = 5;
-        if (reach[axis] < kSignificant * slopeNoise[axis]) continue;
-        low[axis] = std::min(low[axis], mean[axis] - reach[axis]);
-        high[axis] = std::max(high[axis], mean[axis] + reach[axis]);
-      }
-    }
-    if (pointFreedom == 0) continue;
-    PointNoise point;
-    point.id = id;
-    point.images = samples.size();
-    const Eigen::Array2d variance = pointSquares / pointFreedom;
-    point.sigma_u = std::sqrt(variance[0]);
-    point.sigma_v = std::sqrt(variance[1]);
-    point.moved_px = (high - low).matrix().norm();
-    point.correlation = pointSquares.sum() > 0 ? products.sum() / pointSquares.sum() : 0;
-    // Six standard deviations of the distance of two means of a block.
-    const double unmoved = 6 * std::sqrt(variance.sum() * 2 / static_cast<double>(kBlock));
-    constexpr double kFileDigits_px = 1e-6;
-    noise.hasMoved = noise.hasMoved || point.moved_px > std::max(unmoved, kFileDigits_px);
+    const PointSums sums = sumsOf(samples);
+    if (sums.freedom == 0) continue;
+    const PointNoise point = noiseOf(id, samples.size(), sums);
+    noise.hasMoved = noise.hasMoved || hasMoved(sums);
     noise.moved_px = std::max(noise.moved_px, point.moved_px);
-    noise.worst_px = std::max(noise.worst_px, std::sqrt(variance.mean()));
-    squares += pointSquares.sum();
-    freedom += 2 * pointFreedom;
+    noise.worst_px = std::max(noise.worst_px, std::sqrt(sums.variance().mean()));
+    squares += sums.squares.sum();
+    freedom += 2 * sums.freedom;
+    correlation += point.correlation;
     noise.points.push_back(point);
   }
   if (noise.points.empty()) return noise;
   noise.sigma_px = std::sqrt(squares / freedom);
-  const double correlation =
-      std::accumulate(noise.points.begin(), noise.points.end(), 0.0,
-                      [](double sum, const PointNoise& point) { return sum + point.correlation; });
   noise.isWhite = correlation / static_cast<double>(noise.points.size()) < kMostCorrelation;
   return noise;
 }
@@ -141,7 +179,10 @@ PixelNoise measurePixelNoise(ImageSource& images, std::size_t most, const Sequen
       makeTracker(seen, chooseTracker(source, wanted), {});
   PixelNoiseMeter meter;
   TimedImage image;
-  for (std::size_t k = 0; k < most && images.next(image); ++k) {
+  for (std::size_t k = 0; k < most; ++k) {
+    const ImageStatus status = images.next(image);
+    if (status == ImageStatus::ended) break;
+    if (status == ImageStatus::skipped) continue;
     meter.add(tracker->track(image.image, {}));
     if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(most));
   }

@@ -7,9 +7,7 @@
 #include <cmath>
 #include <iostream>
 
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo {
 namespace {

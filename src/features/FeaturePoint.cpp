@@ -8,11 +8,8 @@
 #include <iostream>
 
 #include "depthservo/depth/InverseDepthFilter.h"
+#include "depthservo/visp/using.h"
 #include "features/toTwist.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {
@@ -25,12 +22,31 @@ constexpr double kDesiredRelativeSigma = 0.7;
 /// ViSP refuses Z below this [m].
 constexpr double kSmallestZ = 1e-6;
 
+/// Where a depth is set at every image, one that differs from the last by this factor is new.
+constexpr double kNewDepth = 1.5;
+
+/// ViSP's default depth of a feature [m], which nobody has set.
+constexpr double kDefaultZ = 1;
+
 bool isUsableDepth(double Z) { return std::isfinite(Z) && Z >= kSmallestZ; }
 
 /// Whether the estimate is of a point that was measured (and believed) in the last image.
 bool isMeasured(DepthStatus status) {
   return status == DepthStatus::converging || status == DepthStatus::valid ||
          status == DepthStatus::unexcited;
+}
+
+/// Whether somebody has set the depth of a feature, as far as ViSP lets one see it: its flag is up
+/// until ViSP asks for the interaction matrix.
+bool hasStatedDepth(const vpFeaturePoint& feature) {
+  struct Access : vpFeaturePoint {
+    static bool isZSet(const vpFeaturePoint& f) {
+      const bool* const flags = f.*(&Access::flags);
+      return flags && flags[2];
+    }
+  };
+  return isUsableDepth(feature.get_Z()) &&
+         (feature.get_Z() != kDefaultZ || Access::isZSet(feature));
 }
 
 template <typename Pixel>
@@ -52,7 +68,8 @@ FeaturePoint::FeaturePoint(const DepthEstimator& estimator, const DepthRange& ra
       range_(range),
       sigma_(kDefaultSigma),
       Z_written_(get_Z()),
-      Z_usable_(get_Z()) {}
+      Z_usable_(get_Z()),
+      Z_told_(get_Z()) {}
 
 FeaturePoint::FeaturePoint(const FeaturePoint& other) : FeaturePoint() { *this = other; }
 
@@ -68,58 +85,69 @@ FeaturePoint& FeaturePoint::operator=(const FeaturePoint& other) {
   Z_written_ = other.Z_written_;
   Z_usable_ = other.Z_usable_;
   Z_desired_ = other.Z_desired_;
+  Z_desiredOfGroup_ = other.Z_desiredOfGroup_;
+  cautionOfGroup_ = other.cautionOfGroup_;
   servoDepthChoice_ = other.servoDepthChoice_;
   desiredIsGiven_ = other.desiredIsGiven_;
-  isAdrift_ = other.isAdrift_;
   interactionAsked_ = other.interactionAsked_;
   depthUnused_ = other.depthUnused_;
-  refused_ = other.refused_;
+  motion_ = other.motion_;
+  Z_told_ = other.Z_told_;
+  wasDepthSet_ = other.wasDepthSet_;
+  isDepthSetAlways_ = other.isDepthSetAlways_;
+  depthsSet_ = other.depthsSet_;
+  restarts_ = other.restarts_;
   return *this;
 }
 
 void FeaturePoint::init() {
   vpFeaturePoint::init();
   estimate_ = {};
-  Z_written_ = Z_usable_ = get_Z();
-  Z_desired_ = 0;
-  desiredIsGiven_ = isAdrift_ = interactionAsked_ = depthUnused_ = false;
-  refused_ = 0;
+  Z_written_ = Z_usable_ = Z_told_ = get_Z();
+  Z_desired_ = Z_desiredOfGroup_ = 0;
+  cautionOfGroup_ = 1;
+  desiredIsGiven_ = interactionAsked_ = depthUnused_ = false;
+  wasDepthSet_ = isDepthSetAlways_ = false;
+  depthsSet_ = restarts_ = 0;
+  motion_ = {};
 }
 
 FeaturePoint* FeaturePoint::duplicate() const { return new FeaturePoint(*this); }
 
-bool FeaturePoint::hasNewDepth() const {
+/// Whether the depth set since the last image, if any, starts the depth anew.
+bool FeaturePoint::takesNewDepth() {
   const double depth = get_Z();
-  return depth != Z_written_ && isUsableDepth(depth);
+  const bool isSet = depth != Z_written_ && isUsableDepth(depth);
+  isDepthSetAlways_ = isDepthSetAlways_ || (isSet && wasDepthSet_);
+  wasDepthSet_ = isSet;
+  if (!isSet) return false;
+  const double ratio = depth / Z_told_;
+  Z_told_ = depth;
+  if (estimate_.status == DepthStatus::unset) return false;  // a guess
+  ++depthsSet_;
+  const bool isNew = isDepthSetAlways_ ? !(ratio < kNewDepth && ratio * kNewDepth > 1) : ratio != 1;
+  if (isNew) ++restarts_;
+  return isNew;
 }
 
-void FeaturePoint::observe(const vpColVector& twist, double dt) {
-  // An unusable twist or duration gives a motion without duration, which is refused.
-  observe(isTwist(twist) && dt > 0 ? Motion::fromTwist(toTwist(twist), dt) : Motion());
-}
+void FeaturePoint::observe(const vpColVector& twist, double dt) { observe(toMotion(twist, dt)); }
 
-void FeaturePoint::observe(const Motion& motion) {
-  const bool isUsable = motion.isUsable();
-  if (!isUsable) ++refused_;
+void FeaturePoint::observe(const Motion& told) {
+  const Motion motion = motion_.take(told);
   if (!estimator_) return;  // a member of a group is observed by its group
+  const bool isNewDepth = takesNewDepth();
+  const bool isMeasuredNow = hasNewPoint() && measurement().isUsable();
 
-  if (!isUsable) {
-    isAdrift_ = true;
+  if (!(motion.dt > 0)) {
     publish(estimate_);
   } else if (estimate_.status == DepthStatus::unset) {
-    const bool isStart = hasNewPoint() && measurement().isUsable();
-    if (isStart) start(measurement(), {get_Z()});
-    publish(isStart ? estimator_->estimate() : estimate_);
+    if (isMeasuredNow) start(measurement(), {get_Z()});
+    publish(isMeasuredNow ? estimator_->estimate() : estimate_);
   } else {
     estimator_->predict(motion);
-    const bool isMeasuredNow = hasNewPoint() && measurement().isUsable();
-    if (hasNewDepth()) {
+    if (isNewDepth) {
       const DepthEstimate now = estimator_->estimate();
       start(isMeasuredNow ? measurement() : PointMeasurement{now.x, now.y, sigma_}, {get_Z()});
-    } else if (isAdrift_ && isMeasuredNow) {
-      // A motion nobody told of lies between: it must not be read as parallax.
-      const DepthEstimate now = estimator_->estimate();
-      start(measurement(), {now.Z(), now.sigma_chi});
     } else if (hasNewPoint()) {
       estimator_->correct(measurement());
     }
@@ -129,7 +157,6 @@ void FeaturePoint::observe(const Motion& motion) {
 
 void FeaturePoint::start(const PointMeasurement& at, const DepthPrior& prior) {
   estimator_->reset(at, prior);
-  isAdrift_ = false;
 }
 
 void FeaturePoint::publish(const DepthEstimate& estimate) {
@@ -152,14 +179,20 @@ void FeaturePoint::publish(const DepthEstimate& estimate) {
 }
 
 double FeaturePoint::servoDepth() const {
-  double depth = estimate_.Z();
-  if (servoDepthChoice_ == ServoDepth::blended && Z_desired_ > 0) {
-    const double chi_desired = range_.clampChi(1 / Z_desired_);
-    const double sigma_desired = kDesiredRelativeSigma * chi_desired;
-    const double variance = estimate_.sigma_chi * estimate_.sigma_chi;
-    const double variance_desired = sigma_desired * sigma_desired;
-    depth =
-        (variance + variance_desired) / (estimate_.chi * variance_desired + chi_desired * variance);
+  const DepthEstimate& e = estimate_;
+  const double Z_desired = Z_desired_ > 0 ? Z_desired_ : Z_desiredOfGroup_;
+  double depth = e.Z();
+  if (servoDepthChoice_ == ServoDepth::blended) {
+    depth = std::min(e.cautiousZ(), e.Z() / cautionOfGroup_);
+    if (Z_desired > 0) {
+      const double chi_desired = range_.clampChi(1 / Z_desired);
+      const double sigma_desired = kDesiredRelativeSigma * chi_desired;
+      const double variance = e.sigma_chi * e.sigma_chi;
+      const double variance_desired = sigma_desired * sigma_desired;
+      const double blend =
+          (variance + variance_desired) / (e.chi * variance_desired + chi_desired * variance);
+      depth = e.isDoubtful() ? std::min(blend, std::max(1 / chi_desired, e.cautiousZ())) : blend;
+    }
   }
   return std::clamp(depth, range_.Z_min, range_.Z_max);
 }
@@ -204,7 +237,7 @@ vpColVector FeaturePoint::error(const vpBasicFeature& s_star, unsigned int selec
   interactionAsked_ = false;
   if (!desiredIsGiven_) {
     const auto* desired = dynamic_cast<const vpFeaturePoint*>(&s_star);
-    if (desired && isUsableDepth(desired->get_Z())) Z_desired_ = desired->get_Z();
+    if (desired && hasStatedDepth(*desired)) Z_desired_ = desired->get_Z();
   }
   return vpFeaturePoint::error(s_star, select);
 }
@@ -213,7 +246,15 @@ void FeaturePoint::print(unsigned int select) const {
   vpFeaturePoint::print(select);
   if (estimate_.status == DepthStatus::unset) return;
   std::cout << "Observed: Z=" << estimate_.Z() << " sigma_Z=" << estimate_.sigma_Z() << " ("
-            << toString(estimate_.status) << ")" << std::endl;
+            << estimate_.status << ")" << std::endl;
+  if (unknownFor_s() > 0) {
+    std::cout << "The camera's motion is unknown for " << unknownFor_s() << " s: " << refused()
+              << " twists could not be used" << std::endl;
+  }
+  if (depthsSet_ > 0) {
+    std::cout << "Z was set before " << depthsSet_ << " images; it started the depth anew "
+              << restarts_ << " times" << std::endl;
+  }
 }
 
 void FeaturePoint::display(const vpCameraParameters& cam, const vpImage<unsigned char>& I,

@@ -1,10 +1,7 @@
 #include "depthservo/features/FeaturePointGroup.h"
 
+#include "depthservo/visp/using.h"
 #include "features/toTwist.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 
@@ -15,18 +12,21 @@ FeaturePointGroup::FeaturePointGroup(const PointSetEstimator& estimator, std::si
 }
 
 void FeaturePointGroup::observe(const vpColVector& twist, double dt) {
-  observe(isTwist(twist) && dt > 0 ? Motion::fromTwist(toTwist(twist), dt) : Motion());
+  observe(toMotion(twist, dt));
 }
 
-void FeaturePointGroup::observe(const Motion& motion) {
-  if (!motion.isUsable()) {
-    for (FeaturePoint& feature : features_) {
-      ++feature.refused_;
-      feature.publish(feature.estimate_);
-    }
+void FeaturePointGroup::observe(const Motion& told) {
+  const Motion motion = motion_.take(told);
+  for (FeaturePoint& feature : features_) feature.motion_ = motion_;
+  if (!(motion.dt > 0)) {
+    for (FeaturePoint& feature : features_) feature.publish(feature.estimate_);
     return;
   }
-  odometry_.push(clock_s_, motion.twist());
+  if (motion.unknown.exists()) {
+    odometry_.pushUnknown(clock_s_);
+  } else {
+    odometry_.push(clock_s_, motion.twist());
+  }
   clock_s_ += motion.dt;
   odometry_.holdUntil(clock_s_);
   observe(odometry_, clock_s_);
@@ -38,9 +38,9 @@ Coverage FeaturePointGroup::observe(const MotionBuffer& odometry, double time_s)
 
 Coverage FeaturePointGroup::observe(const MotionBuffer& odometry, double exposure_s, double now_s) {
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    const FeaturePoint& feature = features_[i];
+    FeaturePoint& feature = features_[i];
     const bool isFirst = feature.estimate_.status == DepthStatus::unset;
-    if (isFirst || feature.hasNewDepth()) {
+    if (feature.takesNewDepth() || isFirst) {
       estimator_->setPrior(static_cast<int>(i), {feature.get_Z()});
     }
   }

@@ -1,5 +1,7 @@
 #include "depthservo/features/PointFeatures.h"
 
+#include <algorithm>
+
 namespace depthservo {
 
 PointFeatures::PointFeatures(std::size_t count, const DepthRange& range) : features_(count) {
@@ -19,10 +21,26 @@ void PointFeatures::publish(const PointSetEstimator& estimator,
     features_[i].set_x(point.measurement.x);
     features_[i].set_y(point.measurement.y);
   }
-  for (std::size_t i = 0; i < features_.size(); ++i) {
+  const auto estimateOf = [&](std::size_t i) {
     const int id = static_cast<int>(i);
-    if (isLate) features_[i].resetFlags();  // what was measured then is not where the point is now
-    features_[i].publish(isLate ? estimator.estimate(id, odometry, now_s) : estimator.estimate(id));
+    return isLate ? estimator.estimate(id, odometry, now_s) : estimator.estimate(id);
+  };
+  double caution = 1, Z_desiredSum = 0;
+  int desired = 0;
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    const DepthEstimate e = estimateOf(i);
+    if (e.status != DepthStatus::unset) caution = std::max(caution, e.Z() / e.cautiousZ());
+    if (features_[i].Z_desired_ > 0) {
+      Z_desiredSum += features_[i].Z_desired_;
+      ++desired;
+    }
+  }
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    FeaturePoint& feature = features_[i];
+    feature.cautionOfGroup_ = caution;
+    feature.Z_desiredOfGroup_ = desired > 0 ? Z_desiredSum / desired : 0;
+    if (isLate) feature.resetFlags();  // what was measured then is not where the point is now
+    feature.publish(estimateOf(i));
   }
 }
 

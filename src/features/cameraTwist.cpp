@@ -1,8 +1,6 @@
 #include "depthservo/features/cameraTwist.h"
 
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo {
 

@@ -61,6 +61,13 @@ Motion Motion::fromPoses(const Eigen::Isometry3d& wMc_before, const Eigen::Isome
   return motion;
 }
 
+Motion Motion::notKnown(const UnknownPart& part) {
+  Motion motion;
+  motion.dt = part.duration_s;
+  motion.unknown = part;
+  return motion;
+}
+
 Motion Motion::then(const Motion& next) const {
   Motion both;
   both.R.noalias() = next.R * R;
@@ -68,6 +75,9 @@ Motion Motion::then(const Motion& next) const {
   both.t += next.t;
   both.dt = dt + next.dt;
   both.dt2 = dt2 + next.dt2;
+  both.unknown = {unknown.duration_s + next.unknown.duration_s,
+                  unknown.distance_m + next.unknown.distance_m,
+                  unknown.angle_rad + next.unknown.angle_rad};
   return both;
 }
 
@@ -77,6 +87,7 @@ Motion Motion::inverse() const {
   back.t.noalias() = -(R.transpose() * t);
   back.dt = -dt;
   back.dt2 = dt2;
+  back.unknown = unknown;
   return back;
 }
 

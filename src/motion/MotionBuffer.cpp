@@ -9,12 +9,21 @@ namespace {
 /// Slack at the ends [s]: a double holds epoch seconds to 0.24 us, files hold 9 decimals.
 constexpr double kClockResolution_s = 1e-6;
 
+/// A row holds for at most so many median periods, or so long, whichever is more.
+constexpr double kHolePeriods = 4, kHole_s = 0.04;
+
 }  // namespace
 
 const char* toString(Coverage coverage) {
   switch (coverage) {
     case Coverage::complete:
       return "complete";
+    case Coverage::hole:
+      return "a hole between its rows";
+    case Coverage::ended:
+      return "it has ended";
+    case Coverage::refused:
+      return "what was told of the motion cannot be used";
     case Coverage::empty:
       return "no odometry";
     case Coverage::beforeStart:
@@ -27,20 +36,43 @@ const char* toString(Coverage coverage) {
   return "";
 }
 
-MotionBuffer::MotionBuffer(std::size_t capacity, double nominalPeriod_s)
-    : rows_(std::max<std::size_t>(capacity, 2)), nominalPeriod_s_(nominalPeriod_s) {
+MotionBuffer::MotionBuffer(std::size_t capacity, double nominalPeriod_s,
+                           const UnknownMotion& bounds)
+    : rows_(std::max<std::size_t>(capacity, 2)),
+      nominalPeriod_s_(nominalPeriod_s),
+      bounds_(bounds) {
   sortedPeriods_.reserve(rows_.size());
 }
 
 void MotionBuffer::clear() {
   first_ = size_ = refused_ = 0;
   sortedPeriods_.clear();
-  heldUntil_s_ = -std::numeric_limits<double>::infinity();
 }
 
 bool MotionBuffer::push(double time_s, const Twist& twist) {
+  Row known;
+  known.time_s = time_s;
+  known.twist = twist;
+  return add(known);
+}
+
+bool MotionBuffer::pushUnknown(double time_s) {
+  Row unknown;
+  unknown.time_s = time_s;
+  unknown.isKnown = false;
+  if (size_ > 0) unknown.twist = row(size_ - 1).twist;
+  const bool isStill = size_ > 0 && !row(size_ - 1).isKnown && time_s > row(size_ - 1).time_s;
+  return isStill || add(unknown);
+}
+
+void MotionBuffer::holdUntil(double time_s) {
+  if (size_ > 0) rows_[(first_ + size_ - 1) % rows_.size()].heldUntil_s = time_s;
+}
+
+bool MotionBuffer::add(const Row& added) {
+  const double time_s = added.time_s;
   const bool later = size_ == 0 || time_s > row(size_ - 1).time_s;
-  if (!std::isfinite(time_s) || !twist.isFinite() || !later) {
+  if (!std::isfinite(time_s) || !added.twist.isFinite() || !later) {
     ++refused_;
     return false;
   }
@@ -55,9 +87,8 @@ bool MotionBuffer::push(double time_s, const Twist& twist) {
     sortedPeriods_.insert(std::upper_bound(sortedPeriods_.begin(), sortedPeriods_.end(), period),
                           period);
   }
-  rows_[(first_ + size_) % rows_.size()] = {time_s, twist};
+  rows_[(first_ + size_) % rows_.size()] = added;
   ++size_;
-  heldUntil_s_ = -std::numeric_limits<double>::infinity();
   return true;
 }
 
@@ -67,16 +98,38 @@ double MotionBuffer::medianPeriod() const {
   return 0.5 * (sortedPeriods_[(n - 1) / 2] + sortedPeriods_[n / 2]);
 }
 
-double MotionBuffer::end() const {
-  return std::max(row(size_ - 1).time_s + medianPeriod(), heldUntil_s_);
+double MotionBuffer::longestHold() const {
+  return std::max(kHolePeriods * medianPeriod(), kHole_s) + kClockResolution_s;
 }
 
-Coverage MotionBuffer::coverage(double t0_s, double t1_s) const {
-  if (!std::isfinite(t0_s) || !std::isfinite(t1_s) || t1_s < t0_s) return Coverage::reversed;
-  if (size_ == 0) return Coverage::empty;
-  if (t0_s < row(0).time_s - kClockResolution_s) return Coverage::beforeStart;
-  if (t1_s > end() + kClockResolution_s) return Coverage::afterEnd;
-  return Coverage::complete;
+/// Where the known part of row i ends: at the next row, unless that is too far.
+double MotionBuffer::knownUntil(std::size_t i) const {
+  const Row& r = row(i);
+  if (!r.isKnown) return r.time_s;
+  const double alone = std::max(r.time_s + medianPeriod(), r.heldUntil_s);
+  if (i + 1 == size_) return alone;
+  const double next = row(i + 1).time_s;
+  return next - r.time_s <= longestHold() ? next : std::min(next, alone);
+}
+
+double MotionBuffer::end() const { return knownUntil(size_ - 1); }
+
+MotionBuffer::Known MotionBuffer::known(double t0_s, double t1_s) const {
+  if (!std::isfinite(t0_s) || !std::isfinite(t1_s) || t1_s < t0_s) return {Coverage::reversed};
+  if (size_ == 0) return {Coverage::empty};
+  if (t0_s < row(0).time_s - kClockResolution_s) return {Coverage::beforeStart};
+  const Row& newest = row(size_ - 1);
+  const bool isPast = t1_s > end() + kClockResolution_s;
+  const bool mayBeLate = t1_s <= end() + longestHold() - medianPeriod();
+  if (isPast && newest.isKnown && mayBeLate) return {Coverage::afterEnd};
+  for (std::size_t i = rowAt(t0_s); i < size_ && row(i).time_s <= t1_s; ++i) {
+    const double until = i + 1 < size_ ? std::min(row(i + 1).time_s, t1_s) : t1_s;
+    const double since = knownUntil(i);
+    if (until <= since + kClockResolution_s) continue;
+    const Coverage absent = i + 1 < size_ ? Coverage::hole : Coverage::ended;
+    return {row(i).isKnown ? absent : Coverage::refused, since};
+  }
+  return {Coverage::complete};
 }
 
 /// The row that holds at a time: the last one that does not begin after it. Found from where it
@@ -102,22 +155,31 @@ std::size_t MotionBuffer::rowAt(double time_s) const {
   return low;
 }
 
-/// Calls part(twist, duration) for the part of each row between the two times.
+/// Calls part(row, from, to) for the part of each row between the two times.
 template <class Part>
 void MotionBuffer::forEachPart(double t0_s, double t1_s, const Part& part) const {
   std::size_t i = rowAt(t0_s);
   for (double t = t0_s; t < t1_s; ++i) {
     const double rowEnd = i + 1 < size_ ? std::min(row(i + 1).time_s, t1_s) : t1_s;
-    part(row(i).twist, rowEnd - t);
+    part(i, t, rowEnd);
     t = rowEnd;
   }
 }
 
 MotionBuffer::Interval MotionBuffer::motion(double t0_s, double t1_s) const {
   Interval interval{{}, coverage(t0_s, t1_s)};
-  if (interval.coverage != Coverage::complete) return interval;
-  forEachPart(t0_s, t1_s, [&](const Twist& twist, double duration_s) {
-    interval.motion = interval.motion.then(Motion::fromTwist(twist, duration_s));
+  if (!hasMotion(interval.coverage)) return interval;
+  const bool isComplete = interval.coverage == Coverage::complete;
+  forEachPart(t0_s, t1_s, [&](std::size_t i, double from_s, double to_s) {
+    const Twist& twist = row(i).twist;
+    const double end_s = isComplete ? to_s : std::clamp(knownUntil(i), from_s, to_s);
+    if (end_s > from_s) {
+      interval.motion = interval.motion.then(Motion::fromTwist(twist, end_s - from_s));
+    }
+    if (end_s == to_s) return;
+    const double start_s = std::min(knownUntil(i), end_s);
+    const UnknownPart part = bounds_.over(twist, end_s - start_s, to_s - start_s);
+    interval.motion = interval.motion.then(Motion::notKnown(part));
   });
   return interval;
 }
@@ -125,10 +187,10 @@ MotionBuffer::Interval MotionBuffer::motion(double t0_s, double t1_s) const {
 MotionBuffer::Mean MotionBuffer::meanTwist(double t0_s, double t1_s) const {
   Mean mean{{}, coverage(t0_s, t1_s)};
   if (mean.coverage != Coverage::complete || t0_s == t1_s) return mean;
-  forEachPart(t0_s, t1_s, [&](const Twist& twist, double duration_s) {
-    const double share = duration_s / (t1_s - t0_s);
-    mean.twist.linear += share * twist.linear;
-    mean.twist.angular += share * twist.angular;
+  forEachPart(t0_s, t1_s, [&](std::size_t i, double from_s, double to_s) {
+    const double share = (to_s - from_s) / (t1_s - t0_s);
+    mean.twist.linear += share * row(i).twist.linear;
+    mean.twist.angular += share * row(i).twist.angular;
   });
   return mean;
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
+#include <utility>
 
 namespace depthservo {
 
@@ -19,6 +21,27 @@ Eigen::VectorXd velocityAt(const VelocityProfile& profile, double time_s, Eigen:
                       std::sin(entry(segment->omega, i) * time_s + entry(segment->phase, i));
   }
   return velocity;
+}
+
+std::string objection(const VelocityProfile& profile, std::size_t size) {
+  std::ostringstream why;
+  double until = 0;
+  for (const VelocitySegment& segment : profile) {
+    if (segment.until <= until) {
+      why << "until = " << segment.until << " s comes after " << until << " s; times must increase";
+      return why.str();
+    }
+    until = segment.until;
+    for (const auto& [key, values] : {std::pair{"v", &segment.v},
+                                      {"amplitude", &segment.amplitude},
+                                      {"omega", &segment.omega},
+                                      {"phase", &segment.phase}}) {
+      if (values->size() == 0 || values->size() == static_cast<Eigen::Index>(size)) continue;
+      why << key << ": expected " << size << " numbers, got " << values->size();
+      return why.str();
+    }
+  }
+  return "";
 }
 
 }  // namespace depthservo

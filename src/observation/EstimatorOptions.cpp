@@ -1,5 +1,7 @@
 #include "depthservo/observation/EstimatorOptions.h"
 
+#include <fmt/format.h>
+
 #include "observation/estimatorWords.h"
 
 namespace depthservo {
@@ -27,6 +29,20 @@ ObserverGains ObserverGainOptions::observer() const {
   gains.k = *k;
   gains.k_3 = *k_3;
   return gains;
+}
+
+void check(const EstimatorOptions& depth, const Refuse& refuse) {
+  if (depth.Z_min >= depth.Z_max) {
+    refuse("Z_min", fmt::format("{} m must be below Z_max = {} m", depth.Z_min, depth.Z_max));
+  }
+  if (depth.object && depth.estimator != EstimatorKind::nonlinear) {
+    refuse("object",
+           fmt::format("needs the estimator nonlinear, not {}", toString(depth.estimator)));
+  }
+  if (depth.gains.k.has_value() != depth.gains.k_3.has_value()) {
+    refuse(depth.gains.k ? "gains.k" : "gains.k_3",
+           "k and k_3 go together; give both, or settling and W_min");
+  }
 }
 
 }  // namespace depthservo

@@ -22,6 +22,12 @@ namespace {
 /// anew after two, after a dozen images of which every other one is rejected.
 constexpr int kRejection = 2, kMostRejections = 8;
 
+/// Of points that a tracker finds, so many are judged by the diagnosis.
+constexpr std::size_t kMostJudged = 64;
+
+/// How near, as a share of it, a depth at the end of the range is.
+constexpr double kAtEnd = 1e-9;
+
 /// Sigma of a depth that is told [m]: as good as exact.
 constexpr double kToldSigma_Z = 1e-6;
 
@@ -36,8 +42,8 @@ struct Observer::Parts {
         odometry(setup.odometryRows, setup.rowPeriod_s) {
     if (setup.followed) {
       targetPose.emplace(*setup.followed, setup.camera);
-    } else if (!setup.findsPoints() && setup.estimator.depth.estimator != EstimatorKind::pose) {
-      diagnosis.emplace(setup.ids.size(), setup.declaredNoise,
+    } else if (setup.estimator.depth.estimator != EstimatorKind::pose) {
+      diagnosis.emplace(setup.findsPoints() ? kMostJudged : setup.ids.size(), setup.declaredNoise,
                         setup.pixelNoise_px / setup.camera.focal_px(), setup.prior,
                         setup.estimator.depth.range(), jointStatesOf(*estimator));
     }
@@ -61,6 +67,11 @@ struct Observer::Parts {
                        const std::vector<TrackedPoint>& points) const;
   void setTruth(FeatureRecord& feature, const Exposure& exposure) const;
   void noteHidden(double time_s, const FeatureRecord& feature);
+  bool isHeld(const DepthEstimate& estimate) const {
+    const DepthRange& range = estimator->range();
+    return estimate.Z() >= range.Z_max * (1 - kAtEnd) || estimate.Z() <= range.Z_min * (1 + kAtEnd);
+  }
+  void judgeRange(RunLog& log) const;
 
   ObserverSetup setup;
   std::unique_ptr<PointSetEstimator> estimator;
@@ -78,6 +89,7 @@ struct Observer::Parts {
   std::vector<OdometryRow> rowsByTarget;
   std::vector<PointObservation> observations;
   Coverage coverage = Coverage::complete;
+  bool isTruthOfMotion = false;
   double lastTime_s = kUnknown;
   std::vector<Event> events;
 };
@@ -101,6 +113,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   p.trackingTimes.push_back(stopwatch.lap());
   if (p.setup.findsPoints()) p.renewPoints(points);
   p.pose = p.followTarget(time_s, points);
+  if (p.pose && !exposure.depth && exposure.truth.empty()) p.isTruthOfMotion = true;
   const Coverage coverage = p.estimator->advance(p.odometry, time_s);
   p.noteCoverage(time_s, coverage);
   const bool isUsed =
@@ -192,6 +205,8 @@ void Observer::Parts::watch(double time_s, const std::vector<TrackedPoint>& poin
 FeatureRecord Observer::Parts::record(int id, DepthEstimate estimate, const Exposure& exposure,
                                       const std::vector<TrackedPoint>& points) const {
   if (diagnosis) estimate = diagnosis->honest(estimate);
+  // At the end of the range nothing is known but that the depth is beyond.
+  if (isHeld(estimate)) estimate.sigma_chi = std::max(estimate.sigma_chi, estimate.chi);
   FeatureRecord feature =
       featureRecord(id, estimate, points, setup.camera, diagnosis ? &*diagnosis : nullptr);
   setTruth(feature, exposure);
@@ -200,6 +215,7 @@ FeatureRecord Observer::Parts::record(int id, DepthEstimate estimate, const Expo
 
 void Observer::Parts::setTruth(FeatureRecord& feature, const Exposure& exposure) const {
   for (const TruePoint& truth : exposure.truth) {
+    if (setup.findsPoints()) break;  // its ids are those of no one else's points
     if (truth.id != feature.id) continue;
     feature.Z_true = truth.Z;
     feature.u_true = truth.u;
@@ -215,7 +231,7 @@ void Observer::Parts::setTruth(FeatureRecord& feature, const Exposure& exposure)
   const bool hasTruth = exposure.depth || !exposure.truth.empty();
   if (tags && !hasTruth) {
     feature.Z_true = tags->depthByPose(feature.id);
-  } else if (pose && feature.id >= 0) {
+  } else if (pose && !hasTruth && feature.id >= 0) {
     const auto index = static_cast<std::size_t>(feature.id);
     const auto& target = setup.followed->points;
     if (index < target.size()) feature.Z_true = (pose->cMo * target[index]).z();
@@ -237,6 +253,7 @@ void Observer::Parts::renewPoints(const std::vector<TrackedPoint>& points) {
   std::vector<int>& ids = setup.ids;
   for (const int id : setup.tracker->retired()) {
     estimator->retire(id);
+    if (diagnosis) diagnosis->retire(id);
     rejections.erase(id);
     const auto place = std::lower_bound(ids.begin(), ids.end(), id);
     if (place != ids.end() && *place == id) ids.erase(place);
@@ -264,17 +281,43 @@ void Observer::Parts::giveUpMovingPoints() {
 void Observer::Parts::noteCoverage(double time_s, Coverage now) {
   if (now == coverage) return;
   coverage = now;
-  note(time_s, now == Coverage::complete ? std::string("odometry covers the images again")
-                                         : fmt::format("odometry: {}", toString(now)));
+  if (now == Coverage::complete) return note(time_s, "odometry covers the images again");
+  const double since_s = odometry.unknownSince(lastTime_s, time_s);
+  const std::string since =
+      std::isnan(since_s) ? "" : fmt::format("; the motion is not known since {:.3f} s", since_s);
+  note(time_s, fmt::format("odometry: {}{}", toString(now), since));
+}
+
+/// Depths that stand at the end of the range are a sign of another unit.
+void Observer::Parts::judgeRange(RunLog& log) const {
+  if (!log.diagnosis || log.diagnosis->isFault() || setup.ids.empty()) return;
+  const auto held =
+      static_cast<std::size_t>(std::count_if(setup.ids.begin(), setup.ids.end(), [&](int id) {
+        const DepthEstimate estimate = estimator->estimate(id);
+        return estimate.status != DepthStatus::unset &&
+               estimate.status != DepthStatus::lost && isHeld(estimate);
+      }));
+  if (2 * held <= setup.ids.size()) return;
+  const DepthRange& range = estimator->range();
+  log.diagnosis->latest.cause = ConsistencyMonitor::Cause::unit;
+  log.diagnosis->first_s = lastTime_s;
+  log.diagnosis->explanation = fmt::format(
+      "{} of {} depths are held at the end of the range {:g} to {:g} m: the true ones are beyond; "
+      "is "
+      "the twist in m/s, is the range right?",
+      held, setup.ids.size(), range.Z_min, range.Z_max);
 }
 
 void Observer::finish(RunLog& log) {
   Parts& p = *parts_;
   if (p.targetPose) log.odometry = std::move(p.rowsByTarget);
   if (p.diagnosis) log.diagnosis = p.diagnosis->result();
+  p.judgeRange(log);
   log.joint = jointStatesOf(*p.estimator);
   log.frameRate = p.frameRate.report();
   if (p.tags) log.tags = p.tags->results();
+  log.isDepthObserved = p.setup.estimator.depth.estimator != EstimatorKind::constant;
+  log.isTruthOfMotion = p.isTruthOfMotion;
   log.timings.emplace_back("tracking", std::move(p.trackingTimes));
   log.timings.emplace_back("estimation", std::move(p.estimationTimes));
 }

@@ -34,6 +34,14 @@ void requireTarget(const ObservedSource& source) {
                                    : std::filesystem::path(source.settings).filename().string()));
 }
 
+void requireTruth(const ObservedSource& source) {
+  if (source.hasTruth) return;
+  throw InputError(
+      {source.place, 0, ""},
+      "the estimator 'true' is told the true depths: needs truth.csv; use constant, or "
+      "let them be observed");
+}
+
 /// \param what needs the target in the images
 void requireTracked(const ObservedSource& source, TrackerKind tracker, const char* what) {
   if (!findsPoints(source.target, tracker)) return;
@@ -75,6 +83,7 @@ ObservedSource ObservedSource::of(const Sequence& sequence) {
   std::vector<double> periods;
   for (std::size_t k = 0; k < sequence.frames().size(); ++k) {
     for (const PixelPoint& point : sequence.frames()[k].tracks) ids.insert(point.id);
+    source.hasTruth = source.hasTruth || !sequence.frames()[k].truth.empty();
     if (k > 0) periods.push_back(sequence.frames()[k].time_s - sequence.frames()[k - 1].time_s);
   }
   source.ids.assign(ids.begin(), ids.end());
@@ -93,6 +102,10 @@ EstimatorSetup setupOf(const ObservedSource& source, const ObservationOptions& o
   if (options.depth.estimator == EstimatorKind::pose) {
     requireTarget(source);
     requireTracked(source, options.tracker, "the estimator 'pose'");
+  }
+  if (options.depth.estimator == EstimatorKind::trueDepth) {
+    requireTruth(source);
+    requireTracked(source, options.tracker, "the estimator 'true'");
   }
   EstimatorSetup setup{options.depth, noiseOf(options), options.odometryScaleSigma,
                        source.target.target};

@@ -18,7 +18,8 @@ ConsistencyMonitor::Options monitorOptions(const OdometryNoise& odometry) {
 
 /// Innovations smaller than declared harm nobody: sigma is too large, that is all.
 bool isFault(const ConsistencyMonitor::Diagnosis& d) {
-  return d.cause != Cause::none && !(d.cause == Cause::noise && d.size < 1);
+  return d.cause != Cause::none && d.cause != Cause::noData &&
+         !(d.cause == Cause::noise && d.size < 1);
 }
 
 }  // namespace
@@ -90,6 +91,10 @@ RunDiagnosis SelfDiagnosis::result() const {
     result = *longest;
   } else {
     result.latest = monitor_.diagnosis();
+    const ConsistencyMonitor::Diagnosis& d = result.latest;
+    if (d.cause == Cause::none && d.values + d.rejected < ConsistencyMonitor::kFewestValues) {
+      result.latest.cause = Cause::noData;
+    }
   }
   result.varianceFactor = varianceFactor_;
   return result;

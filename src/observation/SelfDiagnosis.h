@@ -24,6 +24,9 @@ class SelfDiagnosis {
   std::optional<std::string> see(double time_s, const MotionBuffer& odometry,
                                  const std::vector<PointObservation>& observations);
 
+  /// A point that will not come again.
+  void retire(int id) { monitor_.retire(id); }
+
   /// The estimate with its variance inflated by mean NIS / 2 while innovations are larger than
   /// declared.
   DepthEstimate honest(DepthEstimate estimate) const;

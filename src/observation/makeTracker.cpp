@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "depthservo/tracking/AprilTagTracker.h"
 #include "depthservo/tracking/DotTracker.h"
@@ -81,7 +82,7 @@ AprilTagTarget tagsOf(const SequenceTarget& seen, const ObservationOptions& opti
 }
 
 std::unique_ptr<PointTracker> makeTracker(const SequenceTarget& seen, TrackerKind tracker,
-                                          const ObservationOptions& options) {
+                                          const ObservationOptions& options) try {
   if (tracker == TrackerKind::tracks) return nullptr;
   if (tracker == TrackerKind::klt) {
     KltTrackerOptions klt;
@@ -95,6 +96,8 @@ std::unique_ptr<PointTracker> makeTracker(const SequenceTarget& seen, TrackerKin
   std::vector<Eigen::Vector2d> starts;
   for (const PixelPoint& dot : seen.dots) starts.emplace_back(dot.u, dot.v);
   return std::make_unique<DotTracker>(starts);
+} catch (const std::invalid_argument& why) {
+  throw InputError({"target", 0, ""}, why.what());
 }
 
 std::vector<int> idsOf(const SequenceTarget& seen, TrackerKind tracker) {

@@ -1,7 +1,7 @@
 #include "depthservo/papers/Reproduce.h"
+#include "depthservo/text/NewFolder.h"
 #include "papers/reproductionPage.h"
 #include "report/RunFiles.h"
-#include "text/NewFolder.h"
 
 namespace depthservo {
 

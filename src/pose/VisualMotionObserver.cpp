@@ -133,7 +133,7 @@ bool VisualMotionObserver::reset(const Eigen::Isometry3d& cMo) {
   if (!isPose(cMo)) return false;
   cMo_ = cMo;
   hasGuess_ = true;
-  isStarted_ = isOnImage_ = false;
+  isStarted_ = isOnImage_ = isAdrift_ = false;
   phase_ = Phase::unset;
   e_e_.setZero();
   lag_.setZero();
@@ -189,7 +189,7 @@ Coverage VisualMotionObserver::advance(const MotionBuffer& odometry, double time
   }
   const auto [motion, coverage] = odometry.motion(time_s_, time_s);
   if (coverage == Coverage::afterEnd || coverage == Coverage::reversed) return coverage;
-  if (coverage == Coverage::complete) {
+  if (hasMotion(coverage)) {
     if (!(motion.dt > 0)) return coverage;
     Eigen::Isometry3d next = moved(motion);
     orthonormalise(next);
@@ -198,6 +198,7 @@ Coverage VisualMotionObserver::advance(const MotionBuffer& odometry, double time
     if (isPose(next)) {
       cMo_ = next;
       if (isStarted_) phase_ = Phase::coasting;
+      if (motion.unknown.exists()) letDrift(motion.unknown);
     } else {
       phase_ = Phase::lost;
       isStarted_ = false;
@@ -210,9 +211,26 @@ Coverage VisualMotionObserver::advance(const MotionBuffer& odometry, double time
   return coverage;
 }
 
+/// No correction goes on, and the error may be as large as the camera has moved.
+void VisualMotionObserver::letDrift(const UnknownPart& unknown) {
+  constexpr double kSigmasOfBound = 2;
+  const double turned = std::min(unknown.angle_rad / kSigmasOfBound, kLargestRotation);
+  const double moved = std::min(
+      unknown.distance_m / kSigmasOfBound + turned * cMo_.translation().norm(), kFarthest);
+  C_ = covariance(corrected_);
+  for (int i = 0; i < 6; ++i) {
+    const double sigma = std::sqrt(std::max(0.0, C_(i, i)));
+    C_(i, i) += squared(sigma + (i < 3 ? moved : turned)) - squared(sigma);
+  }
+  P_ = C_;
+  e_e_.setZero();
+  corrected_ = 1;
+  isAdrift_ = true;
+}
+
 Eigen::Isometry3d VisualMotionObserver::cMo(const MotionBuffer& odometry, double time_s) const {
   const auto [motion, coverage] = odometry.motion(time_s_, time_s);
-  if (coverage != Coverage::complete) return cMo_;
+  if (!hasMotion(coverage)) return cMo_;
   const Eigen::Isometry3d later = moved(motion);
   return isPose(later) ? later : cMo_;
 }
@@ -370,7 +388,7 @@ VisualMotionObserver::Step VisualMotionObserver::imageStep() const {
 }
 
 bool VisualMotionObserver::takesPose() const {
-  return !isStarted_ && options_.start == Options::Start::takePose;
+  return (!isStarted_ || isAdrift_) && options_.start == Options::Start::takePose;
 }
 
 void VisualMotionObserver::accept(const Step& step) {
@@ -397,6 +415,7 @@ void VisualMotionObserver::accept(const Step& step) {
   elapsed_s_ = 0;
   refusals_ = 0;
   isStarted_ = hasGuess_ = true;
+  isAdrift_ = false;
   phase_ = Phase::tracking;
   verdict_ = ImageVerdict::accepted;
 }
@@ -420,6 +439,13 @@ Matrix6d VisualMotionObserver::covariance(double corrected) const {
 
 /// The point where this pose has it, with the sigmas of that time; its status does not change,
 /// unless it is out of sight.
+namespace {
+
+/// The greatest value also where the numbers have failed.
+double bounded(double sigma, double most) { return sigma >= 0 && sigma < most ? sigma : most; }
+
+}  // namespace
+
 DepthEstimate VisualMotionObserver::estimateAt(const Instant& instant, int id) const {
   DepthEstimate e;
   const Eigen::Vector3d& p = points_[static_cast<std::size_t>(id)];
@@ -440,8 +466,8 @@ DepthEstimate VisualMotionObserver::estimateAt(const Instant& instant, int id) c
   const double var_x = variance(byPoseError(chi * (R.row(0).transpose() - e.x * sight), p));
   const double var_y = variance(byPoseError(chi * (R.row(1).transpose() - e.y * sight), p));
   const double sigma_Z = std::sqrt(variance(byPoseError(sight, p)));
-  e.sigma_chi = std::min(squared(e.chi) * sigma_Z, DepthPrior::kLargestSigma_chi);
-  e.sigma_xy = std::min(std::sqrt(0.5 * (var_x + var_y)), PointMeasurement::kLargestSigma);
+  e.sigma_chi = bounded(squared(e.chi) * sigma_Z, DepthPrior::kLargestSigma_chi);
+  e.sigma_xy = bounded(std::sqrt(0.5 * (var_x + var_y)), PointMeasurement::kLargestSigma);
 
   const Measured& measured = measured_[static_cast<std::size_t>(id)];
   const bool isHidden = !isOnImage_ || !measured.isSeen || phase_ == Phase::coasting;
@@ -478,7 +504,7 @@ DepthEstimate VisualMotionObserver::estimate(int id) const {
 DepthEstimate VisualMotionObserver::estimate(int id, const MotionBuffer& odometry,
                                              double time_s) const {
   const auto [motion, coverage] = odometry.motion(time_s_, time_s);
-  if (!isKnown(id) || coverage != Coverage::complete || !(motion.dt > 0)) return estimate(id);
+  if (!isKnown(id) || !hasMotion(coverage) || !(motion.dt > 0)) return estimate(id);
   const Eigen::Isometry3d later = moved(motion);
   if (!isPose(later)) return estimate(id);
   const double share = options_.ke * std::min(motion.dt, heldFor());
@@ -488,6 +514,12 @@ DepthEstimate VisualMotionObserver::estimate(int id, const MotionBuffer& odometr
     const DepthEstimate then = estimateAt({cMo_, elapsed_s_, corrected_}, id);
     e.x += measured.point.x - then.x;
     e.y += measured.point.y - then.y;
+  }
+  if (motion.unknown.exists()) {
+    const PointSigmas wide = widened({e.sigma_xy, e.sigma_chi}, {e.x, e.y, e.chi}, motion.unknown);
+    e.sigma_xy = wide.xy;
+    e.sigma_chi = wide.chi;
+    e.status = whileMotionIsUnknown(e.status);
   }
   return e;
 }

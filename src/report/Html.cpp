@@ -55,13 +55,17 @@ std::string escaped(std::string_view text) {
   return html;
 }
 
-std::string pngSource(const std::filesystem::path& file) {
-  const std::string bytes = detail::readFile(file.string(), kLargestFile);
+std::string pngBytes(const std::filesystem::path& file) {
+  std::string bytes = detail::readFile(file.string(), kLargestFile);
   if (bytes.compare(0, 8, "\x89PNG\r\n\x1a\n") != 0) {
     throw InputError({file.string(), 0, ""}, "is not a PNG image");
   }
-  return "data:image/png;base64," + base64(bytes);
+  return bytes;
 }
+
+std::string dataUrl(std::string_view png) { return "data:image/png;base64," + base64(png); }
+
+std::string pngSource(const std::filesystem::path& file) { return dataUrl(pngBytes(file)); }
 
 std::string filled(std::string_view page,
                    const std::map<std::string_view, std::string_view>& values) {

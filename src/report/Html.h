@@ -10,7 +10,11 @@ namespace depthservo::html {
 /// Text as it may stand in an element or in a quoted attribute.
 std::string escaped(std::string_view text);
 
-/// A PNG file as the source of an image element: a data URL. \throw InputError it is not a PNG
+/// The bytes of a PNG file. \throw InputError it is not one
+std::string pngBytes(const std::filesystem::path& file);
+/// A PNG as the source of an image element.
+std::string dataUrl(std::string_view png);
+/// The same of a file. \throw InputError it is not a PNG
 std::string pngSource(const std::filesystem::path& file);
 
 /// The template with every {{placeholder}} replaced in one pass, so that values are never searched.

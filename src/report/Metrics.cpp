@@ -1,119 +1,153 @@
 #include "depthservo/report/Metrics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <iterator>
 #include <nlohmann/json.hpp>
-
-#include "observation/unexcited.h"
+#include <utility>
 
 namespace depthservo {
 namespace {
-
-/// The final image error is that of this last time [s].
-constexpr double kFinal_s = 1;
 
 /// Distance of a pixel to the nearest border of the image [px]; negative outside.
 double borderDistance(const PinholeCamera& camera, double u, double v) {
   return std::min({u + 0.5, v + 0.5, camera.width - 0.5 - u, camera.height - 0.5 - v});
 }
 
-/// Smallest border distance of the dots whose place is known: the true one, or else the measured
-/// one.
-double smallestBorderDistance(const RunLog& log) {
-  double smallest = kUnknown;
-  for (const FrameRecord& frame : log.frames) {
-    for (const FeatureRecord& feature : frame.features) {
-      const bool hasTruth = std::isfinite(feature.u_true) && std::isfinite(feature.v_true);
-      if (!hasTruth && !feature.measured) continue;
-      const double distance = hasTruth ? borderDistance(log.camera, feature.u_true, feature.v_true)
-                                       : borderDistance(log.camera, feature.u, feature.v);
-      smallest = std::fmin(smallest, distance);
-    }
-  }
-  return smallest;
-}
-
-double coverageWithin2Sigma(const RunLog& log) {
-  std::size_t judged = 0, covered = 0;
-  for (const FrameRecord& frame : log.frames) {
-    for (const FeatureRecord& feature : frame.features) {
-      const DepthEstimate& estimate = feature.estimate;
-      const bool claimsDepth =
-          estimate.status == DepthStatus::valid || estimate.status == DepthStatus::converging;
-      if (!claimsDepth || !(feature.Z_true > 0)) continue;
-      ++judged;
-      if (std::abs(estimate.chi - 1 / feature.Z_true) <= 2 * estimate.sigma_chi) ++covered;
-    }
-  }
-  return judged > 0 ? static_cast<double>(covered) / static_cast<double>(judged) : kUnknown;
+/// By the forecast or, where the estimator makes none, by what it claims.
+bool isKnownTo5Percent(const FeatureRecord& feature) {
+  constexpr double kWell = 0.05;
+  const DepthEstimate& e = feature.estimate;
+  if (feature.frames_to_5pct == 0) return true;
+  return std::isnan(feature.frames_to_5pct) && e.status != DepthStatus::lost && e.chi > 0 &&
+         e.sigma_chi <= kWell * e.chi;
 }
 
 }  // namespace
 
-Metrics computeMetrics(const RunLog& log) {
-  Metrics metrics;
-  metrics.frames = log.frames.size();
-  if (log.frames.empty()) return metrics;
-  metrics.duration_s = log.frames.back().time_s - log.frames.front().time_s;
-  const double end_s = log.frames.back().time_s;
-  for (std::size_t i = 1; i < log.frames.size(); ++i) {
-    const double gap_s = log.frames[i].time_s - log.frames[i - 1].time_s;
-    metrics.min_frame_rate = std::fmin(metrics.min_frame_rate, 1 / gap_s);
-  }
-  metrics.final_error_px = meanImageError(log, end_s - kFinal_s, end_s);
-  metrics.min_border_px = smallestBorderDistance(log);
-  metrics.all_in_image = metrics.min_border_px >= 0;
-  metrics.coverage_2sigma = coverageWithin2Sigma(log);
+MetricsMeter::MetricsMeter(const PinholeCamera& camera, std::vector<Eigen::Vector2d> goals)
+    : camera_(camera) {
+  recent_.goals = std::move(goals);
+}
 
-  struct Story {
-    PointMetrics point;
-    double lastMeasured_s = 0;
+void MetricsMeter::add(const FrameRecord& frame) {
+  if (metrics_.frames++ == 0) {
+    first_s_ = last_s_ = frame.time_s;
+  } else {
+    metrics_.min_frame_rate = std::fmin(metrics_.min_frame_rate, 1 / (frame.time_s - last_s_));
+  }
+  for (const FeatureRecord& feature : frame.features) {
+    seeBorder(feature);
+    judge(feature);
+    if (feature.estimate.status != DepthStatus::unset) addPoint(feature, frame.time_s);
+  }
+  for (auto story = stories_.begin(); story != stories_.end();) {
+    story = story->second.frame == metrics_.frames ? std::next(story) : stories_.erase(story);
+  }
+  unexcited_.add(frame);
+  for (const UnexcitedPeriod& period : unexcited_.takeEnded()) {
+    const auto story = stories_.find(period.point);
+    if (story != stories_.end()) story->second.point.unexcited_because = period.because;
+  }
+  keepForImageError(frame);
+  last_s_ = frame.time_s;
+}
+
+/// Dots whose place is known: the true one, or else the measured one.
+void MetricsMeter::seeBorder(const FeatureRecord& feature) {
+  const bool hasTruth = std::isfinite(feature.u_true) && std::isfinite(feature.v_true);
+  if (!hasTruth && !feature.measured) return;
+  const double distance = hasTruth ? borderDistance(camera_, feature.u_true, feature.v_true)
+                                   : borderDistance(camera_, feature.u, feature.v);
+  metrics_.min_border_px = std::fmin(metrics_.min_border_px, distance);
+}
+
+void MetricsMeter::judge(const FeatureRecord& feature) {
+  const DepthEstimate& estimate = feature.estimate;
+  const bool claimsDepth =
+      estimate.status == DepthStatus::valid || estimate.status == DepthStatus::converging;
+  if (!claimsDepth || !(feature.Z_true > 0)) return;
+  ++judged_;
+  if (std::abs(estimate.chi - 1 / feature.Z_true) <= 2 * estimate.sigma_chi) ++covered_;
+}
+
+void MetricsMeter::addPoint(const FeatureRecord& feature, double time_s) {
+  const DepthEstimate& estimate = feature.estimate;
+  const auto [found, isNew] = stories_.try_emplace(feature.id);
+  auto& [point, lastMeasured_s, frame] = found->second;
+  frame = metrics_.frames;
+  if (isNew) {
+    ++metrics_.points_seen;
+    lastMeasured_s = time_s;
+  } else if (estimate.status == DepthStatus::unexcited) {
+    point.unexcited_s += time_s - last_s_;
+  }
+  point.id = feature.id;
+  point.Z = estimate.Z();
+  point.sigma_Z = estimate.sigma_Z();
+  point.Z_true = feature.Z_true;
+  point.relative_error = std::abs(point.Z - point.Z_true) / point.Z_true;
+  point.status = estimate.status;
+  const bool isKnown = isKnownTo5Percent(feature);
+  point.frames_to_5pct = isKnown ? 0 : feature.frames_to_5pct;
+  if (isKnown && std::isnan(point.time_to_5pct_s)) point.time_to_5pct_s = time_s - first_s_;
+  ++(feature.measured ? point.measured_frames : point.hidden_frames);
+  if (feature.measured && estimate.status == DepthStatus::rejected) {
+    ++point.rejected_frames;
+    ++metrics_.rejected_measurements;
+  }
+  if (point.hidden_frames > 0) {
+    metrics_.max_gap_s = std::max(metrics_.max_gap_s, time_s - lastMeasured_s);
+  }
+  if (feature.measured) lastMeasured_s = time_s;
+}
+
+void MetricsMeter::keepForImageError(const FrameRecord& frame) {
+  if (recent_.goals.empty()) return;
+  recent_.frames.push_back(frame);
+  if (frame.time_s - recent_.frames.front().time_s < 2 * kImageErrorOver_s) return;
+  const auto isOld = [&](const FrameRecord& old) {
+    return frame.time_s - old.time_s > 1.1 * kImageErrorOver_s;
   };
-  std::map<int, Story> stories;
-  double lastFrame_s = log.frames.front().time_s;
-  for (const FrameRecord& frame : log.frames) {
-    for (const FeatureRecord& feature : frame.features) {
-      if (feature.estimate.status == DepthStatus::unset) continue;
-      const auto [found, isNew] = stories.try_emplace(feature.id);
-      auto& [point, lastMeasured_s] = found->second;
-      if (isNew) lastMeasured_s = frame.time_s;
-      if (!isNew && feature.estimate.status == DepthStatus::unexcited) {
-        point.unexcited_s += frame.time_s - lastFrame_s;
-      }
-      point.id = feature.id;
-      point.Z = feature.estimate.Z();
-      point.sigma_Z = feature.estimate.sigma_Z();
-      point.Z_true = feature.Z_true;
-      point.relative_error = std::abs(point.Z - point.Z_true) / point.Z_true;
-      point.status = feature.estimate.status;
-      point.frames_to_5pct = feature.frames_to_5pct;
-      if (feature.frames_to_5pct == 0 && std::isnan(point.time_to_5pct_s)) {
-        point.time_to_5pct_s = frame.time_s - log.frames.front().time_s;
-      }
-      ++(feature.measured ? point.measured_frames : point.hidden_frames);
-      if (feature.measured && feature.estimate.status == DepthStatus::rejected) {
-        ++point.rejected_frames;
-        ++metrics.rejected_measurements;
-      }
-      if (point.hidden_frames > 0) {
-        metrics.max_gap_s = std::max(metrics.max_gap_s, frame.time_s - lastMeasured_s);
-      }
-      if (feature.measured) lastMeasured_s = frame.time_s;
+  recent_.frames.erase(recent_.frames.begin(),
+                       std::find_if_not(recent_.frames.begin(), recent_.frames.end(), isOld));
+}
+
+Metrics MetricsMeter::result(const RunLog& log) const {
+  Metrics metrics = metrics_;
+  if (metrics.frames == 0) return metrics;
+  metrics.duration_s = last_s_ - first_s_;
+  metrics.final_error_px = meanImageError(recent_, last_s_ - kImageErrorOver_s, last_s_);
+  metrics.all_in_image = metrics.min_border_px >= 0;
+  if (judged_ > 0 && !log.isTruthOfMotion) {
+    metrics.coverage_2sigma = static_cast<double>(covered_) / static_cast<double>(judged_);
+  }
+  for (const auto& [id, story] : stories_) {
+    PointMetrics& point = metrics.points.emplace_back(story.point);
+    if (const UnexcitedPeriod* period = unexcited_.current(id)) {
+      point.unexcited_because = period->because;
     }
-    lastFrame_s = frame.time_s;
-  }
-  for (const UnexcitedPeriod& period : unexcitedPeriods(log)) {
-    stories[period.point].point.unexcited_because = period.because;
-  }
-  for (const auto& [id, story] : stories) {
-    metrics.points.push_back(story.point);
-    const DepthStatus last = story.point.status;
-    if (last == DepthStatus::rejected || last == DepthStatus::lost) ++metrics.rejected_points;
-    metrics.final_depth_error_max =
-        std::fmax(metrics.final_depth_error_max, story.point.relative_error);
+    if (!log.isDepthObserved) point.unexcited_because.clear();
+    const bool isUseless =
+        point.status == DepthStatus::rejected || point.status == DepthStatus::lost;
+    if (isUseless) ++metrics.rejected_points;
+    metrics.final_depth_error_max = std::fmax(metrics.final_depth_error_max, point.relative_error);
   }
   return metrics;
+}
+
+std::string inPercent(double share) {
+  const double percent = 100 * share;
+  if (!(std::abs(percent) >= 10)) return fmt::format("{:.2g} %", percent);
+  return fmt::format("{:.0f} %", percent);
+}
+
+Metrics computeMetrics(const RunLog& log) {
+  MetricsMeter meter(log.camera, log.goals);
+  for (const FrameRecord& frame : log.frames) meter.add(frame);
+  return meter.result(log);
 }
 
 namespace {
@@ -175,58 +209,69 @@ Json frameRateJson(const FrameRateReport& report) {
   return json;
 }
 
+Json toJson(const PointMetrics& point) {
+  Json json = {{"id", point.id},
+               {"Z", point.Z},
+               {"sigma_Z", point.sigma_Z},
+               {"Z_true", point.Z_true},
+               {"relative_error", point.relative_error},
+               {"status", toString(point.status)},
+               {"frames_to_5pct", point.frames_to_5pct},
+               {"time_to_5pct_s", point.time_to_5pct_s},
+               {"measured_frames", point.measured_frames},
+               {"hidden_frames", point.hidden_frames},
+               {"rejected_frames", point.rejected_frames},
+               {"unexcited_s", point.unexcited_s},
+               {"unexcited_because", nullptr}};
+  if (!point.unexcited_because.empty()) json["unexcited_because"] = point.unexcited_because;
+  return json;
+}
+
+Json toJson(const Metrics& metrics) {
+  return {{"duration_s", metrics.duration_s},
+          {"frames", metrics.frames},
+          {"min_frame_rate", metrics.min_frame_rate},
+          {"final_error_px", metrics.final_error_px},
+          {"max_gap_s", metrics.max_gap_s},
+          {"min_border_px", metrics.min_border_px},
+          {"all_in_image", metrics.all_in_image},
+          {"final_depth_error_max", metrics.final_depth_error_max},
+          {"coverage_2sigma", metrics.coverage_2sigma},
+          {"rejected_measurements", metrics.rejected_measurements},
+          {"rejected_points", metrics.rejected_points},
+          {"points_seen", metrics.points_seen},
+          {"points_gone", metrics.points_gone()}};
+}
+
+Json toJson(const TagRecord& tag) {
+  return {{"id", tag.id},
+          {"size", tag.size},
+          {"observed_size", tag.observed_size},
+          {"sigma", tag.sigma},
+          {"disagrees", tag.disagrees}};
+}
+
 }  // namespace
 
-std::string toJson(const RunLog& log) {
-  const Metrics metrics = computeMetrics(log);
-  Json points = Json::array();
-  for (const PointMetrics& point : metrics.points) {
-    points.push_back({{"id", point.id},
-                      {"Z", point.Z},
-                      {"sigma_Z", point.sigma_Z},
-                      {"Z_true", point.Z_true},
-                      {"relative_error", point.relative_error},
-                      {"status", toString(point.status)},
-                      {"frames_to_5pct", point.frames_to_5pct},
-                      {"time_to_5pct_s", point.time_to_5pct_s},
-                      {"measured_frames", point.measured_frames},
-                      {"hidden_frames", point.hidden_frames},
-                      {"rejected_frames", point.rejected_frames},
-                      {"unexcited_s", point.unexcited_s},
-                      {"unexcited_because", nullptr}});
-    if (!point.unexcited_because.empty()) {
-      points.back()["unexcited_because"] = point.unexcited_because;
-    }
-  }
+std::string toJson(const RunLog& log, const Metrics& metrics) {
   Json json = {{"command", log.command}, {"name", log.name}, {"seed", log.seed}};
   if (log.hasOutcome) json["outcome"] = toString(log.outcome);
   json["reason"] = log.reason;
-  json["metrics"] = {{"duration_s", metrics.duration_s},
-                     {"frames", metrics.frames},
-                     {"min_frame_rate", metrics.min_frame_rate},
-                     {"final_error_px", metrics.final_error_px},
-                     {"max_gap_s", metrics.max_gap_s},
-                     {"min_border_px", metrics.min_border_px},
-                     {"all_in_image", metrics.all_in_image},
-                     {"final_depth_error_max", metrics.final_depth_error_max},
-                     {"coverage_2sigma", metrics.coverage_2sigma},
-                     {"rejected_measurements", metrics.rejected_measurements},
-                     {"rejected_points", metrics.rejected_points}};
+  json["observes_depth"] = log.isDepthObserved;
+  json["truth_is_pose_of_motion"] = log.isTruthOfMotion;
+  json["metrics"] = toJson(metrics);
   if (!log.tags.empty()) {
     json["tags"] = Json::array();
-    for (const TagRecord& tag : log.tags) {
-      json["tags"].push_back({{"id", tag.id},
-                              {"size", tag.size},
-                              {"observed_size", tag.observed_size},
-                              {"sigma", tag.sigma},
-                              {"disagrees", tag.disagrees}});
-    }
+    for (const TagRecord& tag : log.tags) json["tags"].push_back(toJson(tag));
   }
   if (log.diagnosis) json["diagnosis"] = toJson(*log.diagnosis);
   if (log.joint) json["joint"] = toJson(*log.joint, log.camera.focal_px());
-  json["points"] = std::move(points);
+  json["points"] = Json::array();
+  for (const PointMetrics& point : metrics.points) json["points"].push_back(toJson(point));
   if (log.frameRate) json["frame_rate"] = frameRateJson(*log.frameRate);
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
+
+std::string toJson(const RunLog& log) { return toJson(log, computeMetrics(log)); }
 
 }  // namespace depthservo

@@ -9,6 +9,8 @@
 
 #include "report/RunFiles.h"
 #include "report/gnuplot.h"
+#include "report/interest.h"
+#include "report/joinedEvents.h"
 
 namespace depthservo {
 namespace {
@@ -17,7 +19,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kEstimateColour = gnuplot::kColours[0];
 constexpr const char* kBandColour = "#BF0072B2";  // the estimate's, three quarters transparent
-constexpr std::size_t kMostPanels = 8;
+constexpr std::size_t kMostPanels = 8, kMostPaths = 32;
+constexpr std::size_t kMostMarks = 20;  // of events of one kind
 constexpr int kWidth_px = 1200;
 
 /// One point over the frames that know it; times from the first frame of the log.
@@ -31,11 +34,13 @@ struct Period {
   double begin_s, end_s;
 };
 
-std::map<int, Track> tracksOf(const RunLog& log) {
+/// Of the points that tell most.
+std::map<int, Track> tracksOf(const RunLog& log, const std::vector<int>& ids) {
   std::map<int, Track> tracks;
   for (const FrameRecord& frame : log.frames) {
     for (const FeatureRecord& feature : frame.features) {
       if (feature.estimate.status == DepthStatus::unset) continue;
+      if (std::find(ids.begin(), ids.end(), feature.id) == ids.end()) continue;
       const auto [low, high] = feature.estimate.interval();
       Track& track = tracks[feature.id];
       track.time_s.push_back(frame.time_s - log.frames.front().time_s);
@@ -71,8 +76,8 @@ std::string decorations(const std::vector<Period>& hidden, const RunLog& log) {
         "fillstyle solid noborder\n",
         gnuplot::number(period.begin_s), gnuplot::number(period.end_s));
   }
-  for (const Event& event : log.events) {
-    const std::string time_s = gnuplot::number(event.time_s - log.frames.front().time_s);
+  for (const JoinedEvents& event : joined(log.events, kMostMarks)) {
+    const std::string time_s = gnuplot::number(event.first_s - log.frames.front().time_s);
     script += fmt::format(
         "set arrow from {0},graph 0 to {0},graph 1 nohead linewidth 0.6 linecolor rgb '#808080'\n",
         time_s);
@@ -132,7 +137,8 @@ std::string errorScript(const std::map<int, Track>& tracks, const RunLog& log) {
   std::string script = gnuplot::page("error.png", kWidth_px, hasError && hasTruth ? 660 : 400);
   script += fmt::format("set multiplot layout {},1\nset xrange [0:{}]\nset logscale y\n",
                         hasError && hasTruth ? 2 : 1, gnuplot::number(time_s.back()));
-  script += "set yrange [*:*]\nset format y '%g'\nset xlabel 'time [s]'\n";
+  script +=
+      "set yrange [*:*]\nset format y '%g'\nset key outside right top\nset xlabel 'time [s]'\n";
   script += decorations(hidden, log);
   if (hasError) {
     script += gnuplot::dataBlock("error", {time_s, error_px});
@@ -167,8 +173,9 @@ std::string imageScript(const std::map<int, Track>& tracks, const RunLog& log) {
   std::string script = "reset\n" + gnuplot::page("image.png", kWidth_px, height_px);
   script += fmt::format(
       "set size ratio -1\nset border 15\nset xrange [-0.5:{}]\nset yrange [{}:-0.5]\n"
-      "set xlabel 'u [px]'\nset ylabel 'v [px]'\nset key outside top center horizontal\n",
-      log.camera.width - 0.5, log.camera.height - 0.5);
+      "set xlabel 'u [px]'\nset ylabel 'v [px]'\n{}\n",
+      log.camera.width - 0.5, log.camera.height - 0.5,
+      tracks.size() > kMostPanels ? "unset key" : "set key outside top center horizontal");
   std::string plots;
   std::size_t index = 0;
   for (const auto& [id, track] : tracks) {
@@ -215,12 +222,14 @@ double depthAxisLimit(const std::vector<double>& Z, const std::vector<double>& Z
 }
 
 bool drawPlots(const RunLog& log, const fs::path& folder) {
-  const std::map<int, Track> tracks = tracksOf(log);
+  const std::vector<PointMetrics> points = computeMetrics(log).points;
+  const std::map<int, Track> tracks = tracksOf(log, mostTelling(points, kMostPanels)),
+                             paths = tracksOf(log, mostTelling(points, kMostPaths));
   if (tracks.empty() || log.frames.back().time_s <= log.frames.front().time_s) return false;
   const std::string name = "plots.gnuplot";
   writeFile(folder / name, "set encoding utf8\nset datafile missing 'NaN'\n" +
                                depthScript(tracks, log) + errorScript(tracks, log) +
-                               imageScript(tracks, log));
+                               imageScript(paths, log));
   const bool drawn = gnuplot::run(folder, name);
   fs::remove(folder / name);
   if (!drawn) {

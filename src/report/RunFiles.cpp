@@ -44,15 +44,30 @@ std::string headerLine(const std::vector<std::string>& columns) {
   return fmt::format("{}\n", fmt::join(columns, ","));
 }
 
-void writeFile(const std::filesystem::path& file, std::string_view contents) {
-  std::ofstream stream(file, std::ios::binary);
-  const bool opened = stream.is_open();
-  stream.write(contents.data(), static_cast<std::streamsize>(contents.size()));
-  stream.close();
-  if (stream) return;
+OutputFile::OutputFile(std::filesystem::path file)
+    : file_(std::move(file)), stream_(file_, std::ios::binary), isOpen_(stream_.is_open()) {}
+
+OutputFile::~OutputFile() {
+  if (!isOpen_ || isWhole_) return;  // what could not be opened may be someone else's
   std::error_code ignored;
-  if (opened) std::filesystem::remove(file, ignored);
-  throw InputError({file.string(), 0, ""}, "cannot be written");
+  stream_.close();
+  std::filesystem::remove(file_, ignored);
+}
+
+void OutputFile::write(std::string_view text) {
+  stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
+}
+
+void OutputFile::close() {
+  stream_.close();
+  if (!stream_) throw InputError({file_.string(), 0, ""}, "cannot be written");
+  isWhole_ = true;
+}
+
+void writeFile(const std::filesystem::path& file, std::string_view contents) {
+  OutputFile output(file);
+  output.write(contents);
+  output.close();
 }
 
 }  // namespace depthservo

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,24 @@ std::vector<std::string> frameColumns(const std::vector<std::string>& commandNam
 
 /// Header line of a CSV file.
 std::string headerLine(const std::vector<std::string>& columns);
+
+/// A file that is written bit by bit, and is gone again unless it was written whole.
+class OutputFile {
+ public:
+  explicit OutputFile(std::filesystem::path file);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  void write(std::string_view text);
+  /// \throw InputError naming it: not all could be written
+  void close();
+
+ private:
+  std::filesystem::path file_;
+  std::ofstream stream_;
+  bool isOpen_, isWhole_ = false;
+};
 
 /// Writes a file, or leaves none. \throw InputError naming it
 void writeFile(const std::filesystem::path& file, std::string_view contents);

@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/Report.h"
+#include "depthservo/text/NewFolder.h"
 #include "report/Plots.h"
 #include "report/RunFiles.h"
-#include "text/NewFolder.h"
+#include "sequence/GrayImage.h"
 
 namespace depthservo {
 namespace {
@@ -32,21 +32,22 @@ void appendCells(std::string& row, const Eigen::VectorXd& values, std::size_t co
   }
 }
 
-std::string framesCsv(const RunLog& log) {
+void writeFrames(const RunLog& log, const fs::path& file) {
   const std::size_t commands = log.commandNames.size();
-  std::string csv = headerLine(frameColumns(log.commandNames));
+  OutputFile csv(file);
+  csv.write(headerLine(frameColumns(log.commandNames)));
   for (const FrameRecord& frame : log.frames) {
     const auto measured = std::count_if(frame.features.begin(), frame.features.end(),
                                         [](const FeatureRecord& f) { return f.measured; });
-    csv += fmt::format("{:.9f},{},{}", frame.time_s, cell(frame.error_px), measured);
-    appendCells(csv, frame.command, commands);
-    appendCells(csv, frame.applied, commands);
-    appendCells(csv, frame.twist.linear, 3);
-    appendCells(csv, frame.twist.angular, 3);
-    appendCells(csv, frame.robotPose, 3);
-    csv += '\n';
+    std::string row = fmt::format("{:.9f},{},{}", frame.time_s, cell(frame.error_px), measured);
+    appendCells(row, frame.command, commands);
+    appendCells(row, frame.applied, commands);
+    appendCells(row, frame.twist.linear, 3);
+    appendCells(row, frame.twist.angular, 3);
+    appendCells(row, frame.robotPose, 3);
+    csv.write(row + '\n');
   }
-  return csv;
+  csv.close();
 }
 
 /// What may be written: an estimate without a usable depth says that nothing is known.
@@ -59,21 +60,22 @@ DepthEstimate reportable(const DepthEstimate& estimate) {
   return nothing;
 }
 
-std::string featuresCsv(const RunLog& log) {
-  std::string csv = headerLine(featureColumns());
+void writeFeatures(const RunLog& log, const fs::path& file) {
+  OutputFile csv(file);
+  csv.write(headerLine(featureColumns()));
   for (const FrameRecord& frame : log.frames) {
     for (const FeatureRecord& feature : frame.features) {
       if (feature.estimate.status == DepthStatus::unset) continue;
       const DepthEstimate estimate = reportable(feature.estimate);
       const auto [Z_low, Z_high] = estimate.interval();
-      csv += fmt::format("{:.9f},{},{},{},{:d},{},{},{},{},{},{},{},{}\n", frame.time_s, feature.id,
-                         cell(feature.u), cell(feature.v), feature.measured, cell(estimate.Z()),
-                         cell(estimate.sigma_Z()), toString(estimate.status), cell(feature.Z_true),
-                         cell(Z_low), cell(Z_high), cell(estimate.excitation),
-                         cell(feature.frames_to_5pct));
+      csv.write(fmt::format("{:.9f},{},{},{},{:d},{},{},{},{},{},{},{},{}\n", frame.time_s,
+                            feature.id, cell(feature.u), cell(feature.v), feature.measured,
+                            cell(estimate.Z()), cell(estimate.sigma_Z()), toString(estimate.status),
+                            cell(feature.Z_true), cell(Z_low), cell(Z_high),
+                            cell(estimate.excitation), cell(feature.frames_to_5pct)));
     }
   }
-  return csv;
+  csv.close();
 }
 
 std::string runJson(const RunLog& log) {
@@ -127,11 +129,8 @@ std::string timingJson(const RunLog& log) {
 
 void writeImage(const PinholeCamera& camera, const std::vector<unsigned char>& gray,
                 const fs::path& file) {
-  const cv::Mat image(camera.height, camera.width, CV_8UC1,
-                      const_cast<unsigned char*>(gray.data()));  // only read
-  std::vector<unsigned char> png;
-  cv::imencode(".png", image, png);
-  writeFile(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+  constexpr int kQuick = -1;
+  writeFile(file, detail::pngOf(gray.data(), {camera.width, camera.height}, kQuick));
 }
 
 }  // namespace
@@ -140,8 +139,8 @@ bool writeRunFolder(const RunLog& log, const fs::path& folder) {
   bool plotted = false;
   makeFolder(folder, [&](const fs::path& place) {
     writeFile(place / "run.json", runJson(log));
-    writeFile(place / "frames.csv", framesCsv(log));
-    writeFile(place / "features.csv", featuresCsv(log));
+    writeFrames(log, place / "frames.csv");
+    writeFeatures(log, place / "features.csv");
     writeFile(place / "timing.json", timingJson(log));
     for (const auto& [stem, gray] : log.images) {
       writeImage(log.camera, gray, place / (stem + ".png"));

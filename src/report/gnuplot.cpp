@@ -6,9 +6,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <iterator>
+
+#include "text/TextFile.h"
 
 namespace depthservo::gnuplot {
 
@@ -27,21 +30,35 @@ std::string dataBlock(const std::string& name, const std::vector<std::vector<dou
   return block + "EOD\n";
 }
 
-std::string quoted(const std::string& text) {
+std::string quoted(std::string_view text) {
   std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  while (!text.empty()) {
+    const std::size_t length = detail::utf8Length(text);
+    const auto first = static_cast<unsigned char>(text.front());
+    const bool isControl = first < 0x20 || first == 0x7f;
+    if (length == 0) {
+      quoted += "\xef\xbf\xbd";
+    } else if (isControl) {
+      quoted += ' ';
+    } else if (text.front() == '\'') {
+      quoted += "''";
+    } else {
+      quoted += text.substr(0, length);
+    }
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
   return quoted + "'";
 }
 
 std::string page(const std::string& file, int width_px, int height_px) {
   return fmt::format(
       "set terminal pngcairo noenhanced size {},{} font 'DejaVu Sans,11' linewidth 1.4\n"
-      "set output '{}'\n"
+      "set output {}\n"
       "set border 3 linecolor rgb '#606060'\nset tics nomirror out scale 0.5 textcolor rgb "
       "'black'\n"
       "set grid linetype 1 linewidth 0.4 linecolor rgb '#D8D8D8'\n"
       "set key top right noautotitle samplen 2 spacing 1.1\n",
-      width_px, height_px, file);
+      width_px, height_px, gnuplot::quoted(file));
 }
 
 bool run(const std::filesystem::path& folder, const std::string& script) {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace depthservo::gnuplot {
@@ -15,8 +16,9 @@ const char* colour(std::size_t index);  ///< cyclic
 /// A number as gnuplot reads it; NaN leaves a gap.
 std::string number(double value);
 
-/// A text in quotes.
-std::string quoted(const std::string& text);
+/// A text as a string on one line, in single quotes, within which gnuplot executes and replaces
+/// nothing: control characters become blanks, what is not UTF-8 becomes U+FFFD.
+std::string quoted(std::string_view text);
 
 /// A named block of rows, one column of numbers each.
 std::string dataBlock(const std::string& name, const std::vector<std::vector<double>>& columns);

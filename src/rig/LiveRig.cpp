@@ -4,7 +4,9 @@
 
 #include <chrono>
 #include <cmath>
+#include <utility>
 
+#include "observation/MotionSuspects.h"
 #include "observation/ObserverSetup.h"
 #include "rig/RowQueue.h"
 
@@ -23,11 +25,69 @@ ObservedSource sourceOf(const LiveOptions& options) {
   return source;
 }
 
+/// Gives the images that can be used, and remembers why others cannot.
+class UsableImages {
+ public:
+  UsableImages(ImageSource& source, const LiveOptions& options)
+      : source_(source), camera_(options.camera), name_(options.name) {}
+
+  /// False when there are no more. Throws InputError when the first image is not of the camera's
+  /// size.
+  bool next(TimedImage& image) {
+    for (std::size_t inARow = 0; inARow < kMostSkipped || !source_.isLive(); ++inARow) {
+      const ImageStatus status = source_.next(image);
+      if (status == ImageStatus::ended) {
+        reason_ = source_.reason();
+        return false;
+      }
+      const bool isThere = status == ImageStatus::image;
+      const std::string fault = isThere ? sizeFault(image) : source_.reason();
+      hasImage_ = hasImage_ || (isThere && fault.empty());
+      if (fault.empty()) return true;
+      if (isThere && !hasImage_) throw InputError({name_, 0, ""}, fault);
+      if (fault != lastFault_) faults_.push_back(fault);
+      otherSize_ += isThere;
+      lastFault_ = fault;
+    }
+    reason_ = "none of the last images can be used: " + lastFault_;
+    return false;
+  }
+
+  /// Why images were left out since the last call, the same reason in a row once.
+  std::vector<std::string> takeFaults() { return std::exchange(faults_, {}); }
+
+  std::string whyEnded() const {
+    if (otherSize_ == 0) return reason_;
+    return fmt::format("{}; {} images of another size left out: {}", reason_, otherSize_,
+                       lastFault_);
+  }
+
+ private:
+  static constexpr std::size_t kMostSkipped = 100;
+
+  /// Empty when the image has the camera's size.
+  std::string sizeFault(const TimedImage& image) const {
+    const auto width = static_cast<int>(image.image.getWidth());
+    const auto height = static_cast<int>(image.image.getHeight());
+    if (width == camera_.width && height == camera_.height) return "";
+    return fmt::format("the camera has {}x{} pixels, the image has {}x{}", camera_.width,
+                       camera_.height, width, height);
+  }
+
+  ImageSource& source_;
+  PinholeCamera camera_;
+  std::string name_;
+  bool hasImage_ = false;
+  std::size_t otherSize_ = 0;
+  std::vector<std::string> faults_;
+  std::string lastFault_, reason_;
+};
+
 }  // namespace
 
 struct LiveRig::Parts {
   Parts(const LiveOptions& o, ImageSource& i, TwistStream* t)
-      : options(o), images(i), twists(t), source(sourceOf(o)) {}
+      : options(o), images(i), usable(i, o), twists(t), source(sourceOf(o)) {}
 
   void take(double wait_s) {
     for (const OdometryRow& row : twists->read(wait_s)) waiting.offer(row);
@@ -51,6 +111,7 @@ struct LiveRig::Parts {
 
   LiveOptions options;
   ImageSource& images;
+  UsableImages usable;
   TwistStream* twists;
   ObservedSource source;
   RowQueue waiting;
@@ -87,14 +148,12 @@ const TwistStream::Counts* LiveRig::twists() const {
 std::optional<Exposure> LiveRig::next(Listener*) {
   Parts& p = *parts_;
   TimedImage image;
-  while (p.images.next(image)) {
-    const PinholeCamera& camera = p.options.camera;
-    if (static_cast<int>(image.image.getWidth()) != camera.width ||
-        static_cast<int>(image.image.getHeight()) != camera.height) {
-      throw InputError({p.options.name, 0, ""},
-                       fmt::format("the camera has {}x{} pixels, the image has {}x{}", camera.width,
-                                   camera.height, image.image.getWidth(), image.image.getHeight()));
+  for (;;) {
+    const bool hasImage = p.usable.next(image);
+    for (const std::string& fault : p.usable.takeFaults()) {
+      note(std::isnan(p.last_s) ? 0 : p.last_s, fault);
     }
+    if (!hasImage) break;
     if (std::isnan(p.first_s)) p.first_s = image.time_s;
     if (p.options.duration_s > 0 && image.time_s - p.first_s > p.options.duration_s) {
       p.reason = "the duration is over";
@@ -110,7 +169,7 @@ std::optional<Exposure> LiveRig::next(Listener*) {
     exposure.image = std::move(image.image);
     return exposure;
   }
-  p.reason = p.images.whyEnded();
+  p.reason = p.usable.whyEnded();
   return std::nullopt;
 }
 
@@ -156,11 +215,12 @@ RunLog live(const LiveOptions& options, ImageSource& images, TwistStream* twists
   RunLog log = observe(rig, observer, watcher, options.keep);
   if (log.frames.empty()) {
     throw InputError({options.name, 0, ""},
-                     images.whyEnded().empty() ? "no image" : "no image: " + images.whyEnded());
+                     images.reason().empty() ? "no image" : "no image: " + images.reason());
   }
   log.command = "live";
   log.name = options.name;
   log.configuration = configurationOf(rig.options());
+  explainMotion(log, rig.options(), log.odometry, suspectTwists(log.odometry));
   log.events.push_back({rig.time(), log.reason});
   return log;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "observation/MotionSuspects.h"
 #include "observation/ObserverSetup.h"
 #include "rig/RowQueue.h"
 
@@ -64,8 +65,8 @@ struct RecordedRig::Parts {
   }
 
   /// The gap without poses in whose midst this time lies; null: there is none.
-  const PoseGap* gapAt(double t) const {
-    const auto gap = std::find_if(gaps.begin(), gaps.end(), [&](const PoseGap& g) {
+  const TimeSpan* gapAt(double t) const {
+    const auto gap = std::find_if(gaps.begin(), gaps.end(), [&](const TimeSpan& g) {
       return std::min(t - g.from_s, g.to_s - t) >= kFarFromPose_s;
     });
     return gap == gaps.end() ? nullptr : &*gap;
@@ -76,8 +77,8 @@ struct RecordedRig::Parts {
   ObservationOptions options;  // tracker and motion chosen
   RowQueue waiting;
   std::vector<OdometryRow> rows;
-  std::vector<PoseGap> gaps;
-  const PoseGap* noted = nullptr;
+  std::vector<TimeSpan> gaps;
+  const TimeSpan* noted = nullptr;
   std::size_t frame = 0;
   double time_s = 0;
 };
@@ -110,7 +111,7 @@ std::optional<Exposure> RecordedRig::next(Listener*) {
   if (auto depth = p.sequence.readDepth(k)) {
     exposure.depth = std::make_shared<const DepthMap>(std::move(*depth));
   }
-  const PoseGap* gap = p.gapAt(exposure.time_s);
+  const TimeSpan* gap = p.gapAt(exposure.time_s);
   exposure.isMotionKnown = gap == nullptr;
   if (gap && gap != p.noted) {
     note(exposure.time_s,
@@ -131,6 +132,12 @@ RunLog replay(const Sequence& sequence, const ObservationOptions& options, RunWa
   log.command = "replay";
   log.name = sequence.name();
   log.configuration = configurationOf(rig.options());
+  if (rig.options().motion == MotionSource::twist) {
+    explainMotion(log, rig.options(), sequence.odometry(), suspectTwists(sequence.odometry()));
+  } else if (rig.options().motion == MotionSource::groundtruth) {
+    explainMotion(log, rig.options(), odometryFromPoses(sequence.poses()),
+                  suspectPoses(sequence.poses()));
+  }
   return log;
 }
 

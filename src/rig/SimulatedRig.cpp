@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <deque>
 #include <limits>
+#include <stdexcept>
 
 #include "depthservo/sequence/SequenceWriter.h"
 #include "rig/CameraClock.h"
@@ -26,12 +27,13 @@ ObservedSource sourceOf(const SimulatedRigOptions& options, const World& world, 
       source.target.dots.push_back({point.id, point.u, point.v});
     }
   }
+  source.hasTruth = true;
   source.hasImages = options.sensing.source == SensingSource::image;
   for (std::size_t i = 0; i < options.target.points.size(); ++i) {
     source.ids.push_back(static_cast<int>(i));
   }
   source.frameRate = options.camera.slowest();
-  source.fastestRate = *std::max_element(options.camera.rate.begin(), options.camera.rate.end());
+  source.fastestRate = options.camera.fastest();
   source.rowPeriod_s = 1 / options.odometry.rate;
   source.odometryRows = 4096;
   return source;
@@ -61,8 +63,11 @@ struct SimulatedRig::Parts {
   void expose();
 };
 
-SimulatedRig::SimulatedRig(const SimulatedRigOptions& options, std::string place)
-    : parts_(std::make_unique<Parts>(options, std::move(place))) {}
+SimulatedRig::SimulatedRig(const SimulatedRigOptions& options, const std::string& place) try
+    : parts_(std::make_unique<Parts>(options, place)) {
+} catch (const std::invalid_argument& why) {
+  throw InputError({place, 0, ""}, why.what());
+}
 
 SimulatedRig::~SimulatedRig() = default;
 

@@ -1,6 +1,26 @@
 #include "depthservo/rig/SimulatedRigOptions.h"
 
+#include <fmt/format.h>
+
+#include "text/below.h"
+
 namespace depthservo {
+namespace {
+
+void checkHidden(const HiddenPeriod& hidden, std::size_t points, const Refuse& refuse) {
+  if (hidden.from >= hidden.to) {
+    refuse("sensing.hidden",
+           fmt::format("from = {} s must be before to = {} s", hidden.from, hidden.to));
+  }
+  for (const int point : hidden.points) {
+    if (point >= static_cast<int>(points)) {
+      refuse("sensing.hidden",
+             fmt::format("there is no point {}; the target has points 0 to {}", point, points - 1));
+    }
+  }
+}
+
+}  // namespace
 
 bool HiddenPeriod::covers(double time_s, int point) const {
   return time_s >= from && time_s < to &&
@@ -14,6 +34,36 @@ double SensingOptions::assumedNoise_px() const {
 
 OdometryNoise OdometryOptions::declaredNoise() const {
   return noise.isZero() ? OdometryNoise::none() : OdometryNoise::white(noise[0], noise[1], mode);
+}
+
+void check(const SimulatedRigOptions& rig, const Refuse& refuse) {
+  const CameraOptions& camera = rig.camera;
+  if (camera.cx > camera.width - 1 || camera.cy > camera.height - 1) {
+    refuse("camera", fmt::format("the principal point ({}, {}) px lies outside the {}x{} image",
+                                 camera.cx, camera.cy, camera.width, camera.height));
+  }
+  check(rig.target, detail::below("target", refuse));
+  check(rig.robot, detail::below("robot", refuse));
+  const SensingOptions& sensing = rig.sensing;
+  if (sensing.tracker != rig.target.type) refuse("sensing.tracker", "must be as target.type");
+  if (sensing.light_on_dark && rig.target.type == TargetKind::apriltag) {
+    refuse("sensing.light_on_dark", "tags are dark on light");
+  }
+  for (const HiddenPeriod& hidden : sensing.hidden) {
+    checkHidden(hidden, rig.target.points.size(), refuse);
+  }
+  const double interval_s = (1 - camera.jitter) / camera.fastest();
+  if (sensing.exposure > interval_s) {
+    refuse("sensing.exposure", fmt::format("{} s is longer than the time between images, {} s",
+                                           sensing.exposure, interval_s));
+  }
+  if (rig.robot.type == RobotKind::unicycle) return;
+  if (rig.odometry.ticks != 0) {
+    refuse("odometry.ticks", "only robot.type unicycle has wheels that count");
+  }
+  if (rig.odometry.mode == OdometryMode::commanded && !rig.odometry.noise.isZero()) {
+    refuse("odometry.mode", "noise of commanded odometry needs robot.type unicycle");
+  }
 }
 
 }  // namespace depthservo

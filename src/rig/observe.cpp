@@ -1,6 +1,6 @@
 #include "depthservo/rig/observe.h"
 
-#include "observation/unexcited.h"
+#include "depthservo/observation/UnexcitedPeriods.h"
 
 namespace depthservo {
 namespace {

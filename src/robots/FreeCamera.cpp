@@ -1,11 +1,8 @@
 #include "depthservo/robots/FreeCamera.h"
 
 #include "depthservo/motion/Motion.h"
+#include "depthservo/visp/using.h"
 #include "robots/limits.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 

@@ -2,13 +2,10 @@
 
 #include <cmath>
 
+#include "depthservo/visp/using.h"
 #include "robots/forwardCamera.h"
 #include "robots/limits.h"
 #include "robots/planarArc.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 

@@ -1,12 +1,9 @@
 #include "depthservo/robots/OmniBase.h"
 
+#include "depthservo/visp/using.h"
 #include "robots/forwardCamera.h"
 #include "robots/limits.h"
 #include "robots/planarArc.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

@@ -2,24 +2,26 @@
 
 #include <cmath>
 
+#include "depthservo/visp/using.h"
 #include "robots/forwardCamera.h"
 #include "robots/limits.h"
 #include "robots/planarArc.h"
 #include "visp/pose.h"
 
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
-
 namespace depthservo {
 
 UnicycleCamera::UnicycleCamera(const Eigen::Vector3d& offset, double yaw)
-    : offset_(offset), yaw_(yaw) {
-  set_cMe(toVisp(wMcAt({}).inverse()));
+    : offset_(offset), yaw_(yaw) {}
+
+vpMatrix UnicycleCamera::eJe() const {
   vpMatrix J(6, 2, 0.);
   J[0][0] = 1;
   J[5][1] = 1;
-  set_eJe(J);
+  return J;
+}
+
+vpVelocityTwistMatrix UnicycleCamera::cVe() const {
+  return vpVelocityTwistMatrix(toVisp(wMcAt({}).inverse()));
 }
 
 Eigen::Isometry3d UnicycleCamera::wMcAt(const Pose& pose) const {

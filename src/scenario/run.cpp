@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "depthservo/scenario/observationOf.h"
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/servo/ServoLoop.h"
 #include "observation/ObserverSetup.h"
@@ -48,7 +49,8 @@ class Run {
  public:
   explicit Run(const Scenario& scenario) : scenario_(scenario), rig_(scenario, scenario.file) {
     requireInView(rig_.truth(), scenario, "robot.initial");
-    loop_.emplace(rig_, observationOf(scenario, rig_), scenario.control, goalOf(scenario, rig_));
+    observation_ = observationOf(scenario, rig_);  // now: a moving target takes the goal along
+    loop_.emplace(rig_, observation_, scenario.control, goalOf(scenario, rig_));
   }
 
   RunLog finish(RunWatcher* watcher) {
@@ -61,39 +63,14 @@ class Run {
   }
 
   const SimulatedRig& rig() const { return rig_; }
+  const ObservationOptions& observation() const { return observation_; }
 
  private:
   const Scenario& scenario_;
   SimulatedRig rig_;
+  ObservationOptions observation_;
   std::optional<ServoLoop> loop_;
 };
-
-/// What makes a replay estimate as the run did.
-ReplayHints hintsOf(const Scenario& scenario, const SimulatedRig& rig) {
-  const EstimatorOptions& depth = scenario.depth;
-  ReplayHints hints;
-  if (depth.estimator != EstimatorKind::trueDepth) hints.estimator = toString(depth.estimator);
-  hints.prior = depth.initial;
-  hints.pixel_noise = scenario.sensing.assumedNoise_px();
-  hints.odometry_noise = scenario.odometry.noise;
-  hints.odometry_mode = scenario.odometry.mode;
-  hints.odometry_scale_sigma = scenario.odometry.scale_sigma;
-  hints.focal_sigma = scenario.camera.focal_sigma;
-  if (depth.estimator == EstimatorKind::joint) {
-    hints.joint = {depth.joint.time_offset, depth.joint.gyro_bias, depth.joint.focal};
-  }
-  hints.Z_min = depth.Z_min;
-  hints.Z_max = depth.Z_max;
-  hints.settling = depth.gains.settling;
-  hints.W_min = depth.gains.W_min;
-  hints.k = depth.gains.k;
-  hints.k_3 = depth.gains.k_3;
-  if (depth.estimator == EstimatorKind::pose) {
-    hints.ke = observerGain(setupOf(rig.source(), observationOf(scenario, rig)));
-    hints.kappa = depth.pose.kappa;
-  }
-  return hints;
-}
 
 /// Writes what the sensors gave.
 class Recorder : public RunWatcher {
@@ -151,9 +128,14 @@ RunLog record(const Scenario& scenario, const std::string& folder, RunWatcher* w
   Recorder recorder(folder, watcher);
   Run run(scenario);
   RunLog log = run.finish(&recorder);
-  const SequenceTarget& target = run.rig().source().target;
-  SequenceSettings settings{scenario.name, run.rig().source().camera, target.target, target.dots,
-                            hintsOf(scenario, run.rig())};
+  const ObservedSource& source = run.rig().source();
+  const SequenceTarget& target = source.target;
+  ObservationOptions observation = run.observation();
+  if (observation.depth.estimator == EstimatorKind::pose) {  // a replay may have another frame rate
+    observation.depth.pose.ke = observerGain(setupOf(source, observation));
+  }
+  SequenceSettings settings{scenario.name, source.camera, target.target, target.dots,
+                            replayYaml(observation)};
   settings.tags = target.tags;
   recorder.finish(settings);
   return log;

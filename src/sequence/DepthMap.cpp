@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "depthservo/text/InputError.h"
 #include "sequence/GrayImage.h"
 
 namespace depthservo {
 
 DepthMap::DepthMap(const std::string& path, double scale) : scale_(scale) {
   const detail::ImageFile file(path);
+  if (!file.isDepth()) {
+    throw InputError({path, 0, ""}, "is not a depth image, expected a 16-bit gray PNG");
+  }
   width_ = file.size().width;
   height_ = file.size().height;
   levels_ = file.levels16();

@@ -3,39 +3,51 @@
 #include <visp3/core/vpImage.h>
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "depthservo/visp/visp.h"
+#include "sequence/imageFormats.h"
 
 namespace depthservo::detail {
-
-struct ImageSize {
-  int width, height;  ///< [px]
-};
 
 /// A PGM, PPM, PNG or JPEG file, held in memory.
 class ImageFile {
  public:
-  /// Throws InputError: not readable, none of these formats, or cut off.
+  /// Reads the file and looks at its header. Throws InputError: not readable, none of these
+  /// formats, a damaged header, too large, or to be shown turned (a camera's calibration does not
+  /// say whether it is of the turned image).
   explicit ImageFile(const std::string& path);
 
-  ImageSize size() const { return size_; }
+  ImageSize size() const { return header_.size; }
 
-  /// Throws InputError when the content is damaged.
-  DEPTHSERVO_VISP vpImage<unsigned char> gray() const;
+  /// Gray levels of 0 (black) to 255 (white), rounded; colours as 0.299 R + 0.587 G + 0.114 B.
+  /// \param bits where the white is unknown: how many of 16 bits are used; 2^bits - 1 is white
+  /// \throw InputError the content is damaged, or a level is above white
+  DEPTHSERVO_VISP vpImage<unsigned char> gray(int bits = 16) const;
 
-  /// The levels of a 16-bit gray PNG, row by row. Throws InputError: another kind of image, or
-  /// damaged.
+  /// The gray levels of an image of 16 bits, row by row, as they are. Throws InputError: another
+  /// kind of image, or damaged.
   std::vector<std::uint16_t> levels16() const;
 
   /// Whether it is a PNG with one channel of 16 bits, as depth images are.
-  bool isDepth() const;
+  bool isDepth() const { return isWhiteUnknown() && header_.isGray; }
+
+  /// Whether it has 16 bits, of which the format does not say how many are used (PNG).
+  bool isWhiteUnknown() const { return header_.white == 0; }
 
  private:
+  [[noreturn]] void refuse(const std::string& reason) const;
+  template <class Level>
+  void decode(Level* levels) const;
+
   std::string path_, bytes_;
-  ImageSize size_{0, 0};
+  ImageFormat format_;
+  ImageHeader header_;
 };
+
+/// A PNG file of gray levels, row by row. \param level of compression (zlib); -1: quick, as suits
+/// images with smooth parts
+std::string pngOf(const unsigned char* gray, ImageSize size, int level);
 
 }  // namespace depthservo::detail

@@ -1,20 +1,19 @@
 #include "depthservo/sequence/Sequence.h"
 
 #include <fmt/format.h>
-#include <visp3/core/vpIoTools.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "depthservo/motion/Motion.h"
+#include "depthservo/text/didYouMean.h"
+#include "sequence/FrameTable.h"
 #include "sequence/GrayImage.h"
+#include "sequence/ImageFolder.h"
 #include "sequence/associate.h"
 #include "sequence/cameraFiles.h"
 #include "sequence/dataSets.h"
@@ -33,52 +32,6 @@ constexpr Range kPixels{-1e6, 1e6};              // px
 constexpr Range kDepths = Range::above(0, 1e6);  // m
 constexpr Range kSpeeds{-1e3, 1e3};              // m/s or rad/s
 constexpr Range kRates = Range::above(0, 1e5);   // Hz
-constexpr double kSameTime_s = 1e-6;             // a double holds epoch seconds to 0.24 us
-
-/// Numbered image files "<before><digits><after>".
-struct NumberedName {
-  std::string before, after;
-
-  std::optional<long> number(const std::string& file) const {
-    if (file.size() <= before.size() + after.size() ||
-        file.compare(0, before.size(), before) != 0 ||
-        file.compare(file.size() - after.size(), after.size(), after) != 0) {
-      return std::nullopt;
-    }
-    const std::string digits =
-        file.substr(before.size(), file.size() - before.size() - after.size());
-    if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos) {
-      return std::nullopt;
-    }
-    return std::stol(digits);
-  }
-};
-
-/// From a pattern such as image.%04d.pgm; nothing unless it has exactly one %d or %0Nd.
-std::optional<NumberedName> parsePattern(const std::string& pattern) {
-  const std::size_t percent = pattern.find('%');
-  if (percent == std::string::npos || pattern.find('/') != std::string::npos) return std::nullopt;
-  std::size_t end = percent + 1;
-  while (end < pattern.size() && pattern[end] >= '0' && pattern[end] <= '9') ++end;
-  if (end >= pattern.size() || pattern[end] != 'd' || end > percent + 3) return std::nullopt;
-  if (pattern.find('%', end) != std::string::npos) return std::nullopt;
-  return NumberedName{pattern.substr(0, percent), pattern.substr(end + 1)};
-}
-
-/// "image.0001.pgm": the last digits before the extension of an image file.
-std::optional<NumberedName> numberedImage(const std::string& file) {
-  std::string extension = fs::path(file).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  static const std::set<std::string> images = {".pgm", ".ppm", ".png", ".jpg", ".jpeg"};
-  if (images.count(extension) == 0) return std::nullopt;
-  const std::size_t stem = file.size() - extension.size();
-  const std::size_t last = file.find_last_of("0123456789", stem - 1);
-  if (stem == 0 || last == std::string::npos) return std::nullopt;
-  const std::size_t before = file.find_last_not_of("0123456789", last);
-  const std::size_t first = before == std::string::npos ? 0 : before + 1;
-  return NumberedName{file.substr(0, first), file.substr(last + 1)};
-}
 
 /// "tags" of a target: family, and a list of {id, size, xyz, quaternion}.
 AprilTagTarget readTags(const StrictMapping& target) {
@@ -118,218 +71,22 @@ AprilTagTarget readTags(const StrictMapping& target) {
   return tags;
 }
 
-std::vector<std::string> filesIn(const std::string& folder) {
-  std::error_code error;
-  std::vector<std::string> files;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    files.push_back(it->path().filename().string());
-  }
-  if (error) throw InputError({folder, 0, ""}, "cannot be read: " + error.message());
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
-/// The images of a numbered series, from time 0 at a constant rate. `none` is thrown when there are
-/// none.
-std::vector<ListedImage> numberedSeries(const std::string& folder, const NumberedName& name,
-                                        double rate, const InputError& none) {
-  std::map<long, std::string> byNumber;
-  for (const std::string& file : filesIn(folder)) {
-    const auto number = name.number(file);
-    if (!number) continue;
-    if (!byNumber.emplace(*number, file).second) {
-      throw InputError({folder, 0, ""},
-                       fmt::format("{} and {} have the same number", byNumber[*number], file));
-    }
-  }
-  if (byNumber.empty()) throw none;
-  std::vector<ListedImage> images;
-  const long first = byNumber.begin()->first;
-  for (const auto& [number, file] : byNumber) {
-    const long expected = first + static_cast<long>(images.size());
-    if (number != expected) {
-      throw InputError({folder, 0, ""},
-                       fmt::format("image number {} is missing ({} comes after number {})",
-                                   expected, file, expected - 1));
-    }
-    images.push_back(
-        {static_cast<double>(images.size()) / rate, (fs::path(folder) / file).string()});
-  }
-  return images;
-}
-
-/// The images of a folder that has nothing else.
-std::vector<ListedImage> plainImageFolder(const std::string& folder, double fps) {
-  std::optional<NumberedName> series;
-  for (const std::string& file : filesIn(folder)) {
-    const auto name = numberedImage(file);
-    if (!name) continue;
-    if (series && (name->before != series->before || name->after != series->after)) {
-      throw InputError({folder, 0, ""},
-                       fmt::format("has two series of images, {}*{} and {}*{}; expected one",
-                                   series->before, series->after, name->before, name->after));
-    }
-    series = name;
-  }
-  const InputError none({folder, 0, ""},
-                        "is not a sequence: it has no rgb.txt, associations.txt, mav0/cam0 or "
-                        "tracks.csv, no images in sequence.yaml and no numbered images "
-                        "(image.0001.pgm)");
-  if (!series) throw none;
-  if (fps <= 0) {
-    throw InputError({folder, 0, "--fps"}, "missing; a folder of numbered images has no times");
-  }
-  return numberedSeries(folder, *series, fps, none);
-}
-
-/// Where a folder named in sequence.yaml is: in the sequence's folder or among ViSP's images.
-std::string findImageFolder(const std::string& folder, const std::string& sequenceFolder) {
-  static const std::string kPrefix = "ViSP-images/";
-  const std::string stripped =
-      folder.compare(0, kPrefix.size(), kPrefix) == 0 ? folder.substr(kPrefix.size()) : folder;
-  std::vector<fs::path> candidates = {fs::path(sequenceFolder) / folder};
-  if (const char* input = std::getenv("VISP_INPUT_IMAGE_PATH")) {
-    for (const char* below : {"", "ViSP-images", "visp-images"}) {
-      candidates.push_back(fs::path(input) / below / stripped);
-    }
-  }
-  const std::string visp = DEPTHSERVO_VISP vpIoTools::getViSPImagesDataPath();
-  if (!visp.empty()) candidates.push_back(fs::path(visp) / stripped);
-  for (const fs::path& candidate : candidates) {
-    std::error_code error;
-    if (fs::is_directory(candidate, error)) return candidate.string();
-  }
-  return "";
-}
-
-/// Rows of (timestamp, id) tables, grouped by time; each (timestamp, id) once.
-template <class Value, class MakeValue>
-std::vector<std::pair<double, std::vector<Value>>> readGroups(TextTable& table,
-                                                              const MakeValue& make) {
-  std::vector<std::pair<double, std::vector<Value>>> groups;
-  while (table.next()) {
-    const int id = table.id(1);
-    if (groups.empty() || groups.back().first != table.time()) groups.push_back({table.time(), {}});
-    auto& values = groups.back().second;
-    const auto place = std::lower_bound(values.begin(), values.end(), id,
-                                        [](const Value& v, int wanted) { return v.id < wanted; });
-    if (place != values.end() && place->id == id) {
-      table.fail(1, fmt::format("id {} appears twice at {} s; remove one row", id, table.time()));
-    }
-    values.insert(place, make(id));
-  }
-  return groups;
-}
-
-/// The frame at this time, or the place where it belongs.
-std::vector<SequenceFrame>::iterator frameAt(std::vector<SequenceFrame>& frames, double time_s) {
-  return std::lower_bound(frames.begin(), frames.end(), time_s - kSameTime_s,
-                          [](const SequenceFrame& f, double t) { return f.time_s < t; });
-}
-
-/// Gives each group to the frame of its time. Without images the groups make the frames; else
-/// groups at other times are ignored, but for one file not all of them.
-template <class Value>
-void assignGroups(std::vector<std::pair<double, std::vector<Value>>> groups,
-                  std::vector<Value> SequenceFrame::*member, bool hasImages,
-                  const std::string& path, std::vector<SequenceFrame>& frames,
-                  std::vector<std::string>& warnings) {
-  std::size_t ignored = 0;
-  if (!hasImages) {
-    std::vector<SequenceFrame> merged;
-    merged.reserve(frames.size() + groups.size());
-    auto frame = frames.begin();
-    for (const auto& group : groups) {
-      while (frame != frames.end() && frame->time_s <= group.first + kSameTime_s) {
-        merged.push_back(std::move(*frame++));
-      }
-      if (merged.empty() || merged.back().time_s < group.first - kSameTime_s) {
-        merged.push_back({group.first, "", {}, {}});
-      }
-    }
-    std::move(frame, frames.end(), std::back_inserter(merged));
-    frames = std::move(merged);
-  }
-  for (auto& [time_s, values] : groups) {
-    const auto frame = frameAt(frames, time_s);
-    if (frame == frames.end() || frame->time_s > time_s + kSameTime_s ||
-        !((*frame).*member).empty()) {
-      ++ignored;
-    } else {
-      (*frame).*member = std::move(values);
-    }
-  }
-  if (ignored == groups.size()) {
-    throw InputError({path, 0, "timestamp"},
-                     "no time is that of an image in rgb.txt; use the images' timestamps");
-  }
-  if (ignored > 0) {
-    warnings.push_back(fmt::format("{}: {} of {} times are those of no image and are ignored", path,
-                                   ignored, groups.size()));
-  }
-}
-
 bool exists(const std::string& path) {
   std::error_code error;
   return fs::exists(fs::symlink_status(path, error));
 }
 
-ReplayHints readHints(const detail::StrictMapping& settings) {
-  const StrictMapping replay = settings.mapping(
-      "replay", {"estimator", "prior", "pixel_noise", "odometry_noise", "odometry_mode",
-                 "odometry_scale_sigma", "focal_sigma", "joint", "Z_min", "Z_max", "settling",
-                 "W_min", "k", "k_3", "ke", "kappa"});
-  ReplayHints hints;
-  const auto number = [&](const char* key, std::optional<double>& value, const Range& range,
-                          const char* unit) {
-    if (replay.has(key)) value = replay.number(key, range, unit);
-  };
-  if (replay.has("estimator")) hints.estimator = replay.text("estimator");
-  number("prior", hints.prior, Range::above(0, 1e6), "m");
-  number("pixel_noise", hints.pixel_noise, Range::above(0, 50), "px");
-  number("Z_min", hints.Z_min, Range::above(0, 1e6), "m");
-  number("Z_max", hints.Z_max, Range::above(0, 1e6), "m");
-  number("settling", hints.settling, Range::above(0, 1000), "s");
-  number("W_min", hints.W_min, Range::above(0, 10), "m/s");
-  number("ke", hints.ke, Range::above(0, 1000), "1/s");
-  number("kappa", hints.kappa, Range::above(0, 100), "m/s, rad/s");
-  number("k", hints.k, Range::above(0, 1e6), "1/s");
-  number("k_3", hints.k_3, {0, 1e12}, "1/m^2");
-  if (replay.has("odometry_noise")) {
-    const auto noise = replay.numbers("odometry_noise", 2, {0, 10}, "m/s, rad/s");
-    hints.odometry_noise = Eigen::Vector2d(noise[0], noise[1]);
-  }
-  if (replay.has("odometry_mode")) {
-    const std::string mode = replay.text("odometry_mode");
-    if (mode != "measured" && mode != "commanded") {
-      replay.fail("odometry_mode", "expected measured or commanded");
-    }
-    if (mode == "commanded") hints.odometry_mode = OdometryMode::commanded;
-  }
-  number("odometry_scale_sigma", hints.odometry_scale_sigma, {0, 1}, "");
-  number("focal_sigma", hints.focal_sigma, {0, 1}, "");
-  if (replay.has("joint")) {
-    const StrictMapping joint = replay.mapping("joint", {"time_offset", "gyro_bias", "focal"});
-    ReplayHints::Joint learnt;
-    for (const auto& [key, value] : {std::pair{"time_offset", &learnt.time_offset},
-                                     {"gyro_bias", &learnt.gyro_bias},
-                                     {"focal", &learnt.focal}}) {
-      if (joint.has(key)) *value = joint.flag(key);
-    }
-    hints.joint = learnt;
-  }
-  if (hints.k.has_value() != hints.k_3.has_value()) {
-    replay.fail(hints.k ? "k" : "k_3", "k and k_3 go together; give both, or settling and W_min");
-  }
-  if (hints.Z_min && hints.Z_max && !(*hints.Z_min < *hints.Z_max)) {
-    replay.fail("Z_max", "expected more than Z_min");
-  }
-  return hints;
+/// Times of images, rows or poses.
+template <class Timed>
+std::vector<double> timesOf(const std::vector<Timed>& list) {
+  std::vector<double> times;
+  for (const Timed& timed : list) times.push_back(timed.time_s);
+  return times;
 }
 
 const std::vector<std::string>& settingsKeys() {
-  static const std::vector<std::string> keys = {"name", "depth_scale", "target",
-                                                "dots", "images",      "replay"};
+  static const std::vector<std::string> keys = {"name",   "depth_scale", "target", "dots",
+                                                "images", "image_bits",  "replay"};
   return keys;
 }
 
@@ -352,7 +109,6 @@ SequenceTarget targetOf(const StrictMapping& settings) {
       if (seen.tags->hasSizes()) seen.target.points = seen.tags->corners();
     } else {
       for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
-        if (point[2] != 0) target.fail("points", "the dots lie on a flat plate, write z = 0");
         seen.target.points.emplace_back(point[0], point[1], point[2]);
       }
       if (seen.target.points.empty()) target.fail("points", "expected at least 1 point");
@@ -369,7 +125,10 @@ SequenceTarget targetOf(const StrictMapping& settings) {
                                         seen.target.points.size(), seen.dots.size()));
     }
   }
-  if (settings.has("replay")) seen.hints = readHints(settings);
+  if (settings.has("replay")) {
+    seen.replay = {settings.file(),
+                   std::make_shared<const detail::YamlValue>(settings.value("replay"))};
+  }
   return seen;
 }
 
@@ -417,29 +176,16 @@ std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses)
   return rows;
 }
 
-std::vector<PoseGap> gapsOf(const std::vector<CameraPose>& poses) {
-  constexpr double kLeast_s = 0.04, kPeriods = 4;
-  std::vector<double> periods;
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    periods.push_back(poses[i].time_s - poses[i - 1].time_s);
-  }
-  if (periods.empty()) return {};
-  std::vector<double> sorted = periods;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double most_s = std::max(kLeast_s, kPeriods * *middle);
-  std::vector<PoseGap> gaps;
-  for (std::size_t i = 0; i < periods.size(); ++i) {
-    if (periods[i] > most_s) gaps.push_back({poses[i].time_s, poses[i + 1].time_s});
-  }
-  return gaps;
+std::vector<TimeSpan> gapsOf(const std::vector<CameraPose>& poses) {
+  return holesOf(timesOf(poses));
 }
 
 Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : folder_(folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw InputError({folder, 0, ""}, exists(folder) ? "is not a folder; a sequence is a folder"
-                                                     : "there is no such folder");
+    throw InputError({folder, 0, ""}, exists(folder)
+                                          ? "is not a folder; a sequence is a folder"
+                                          : "there is no such folder" + didYouMeanFile(folder));
   }
   if (options.fps != 0 && !kRates.contains(options.fps)) {
     throw InputError({folder, 0, "--fps"},
@@ -472,10 +218,11 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
     set = detail::readAssociated(folder_, options.fps);
     useImages(set.images);
   } else if (!hasImages_ && !exists(tracks)) {
-    useImages(plainImageFolder(folder_, options.fps));
+    useImages(detail::plainImageFolder(folder_, options.fps));
   }
   warnings_ = set.warnings;
   readCamera(options, set.camera);
+  if (hasImages_) checkImages();
   if (exists(tracks)) readTracks(tracks);
   if (exists(truth)) readTruth(truth);
   if (!set.depthImages.empty()) {
@@ -491,6 +238,20 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
         inFolder("groundtruth.txt"),
         isDownloaded ? detail::UnusablePoses::skip : detail::UnusablePoses::refuse, 1, warnings_);
   }
+  checkClocks();
+}
+
+void Sequence::checkClocks() {
+  const bool hasTwists = !odometry_.empty();
+  if (!hasTwists && poses_.size() < 2) return;
+  clocks_ = describeClocks(timesOf(frames_), hasTwists ? timesOf(odometry_) : timesOf(poses_),
+                           hasTwists ? "odometry" : "ground truth");
+  if (clocks_->overlaps) {
+    warnings_.insert(warnings_.end(), clocks_->findings.begin(), clocks_->findings.end());
+    return;
+  }
+  throw InputError({hasTwists ? inFolder("twist.csv") : folder_, 0, "timestamp"},
+                   clocks_->findings.back());
 }
 
 std::string Sequence::inFolder(const std::string& file) const {
@@ -504,27 +265,31 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
   if (settings.has("depth_scale")) {
     depthScale_ = settings.number("depth_scale", Range::above(0, 1e6), "1/m");
   }
+  if (settings.has("image_bits")) {
+    imageBits_ = static_cast<int>(settings.integer("image_bits", {8, 16}, ""));
+  }
   SequenceTarget seen = targetOf(settings);
   target_ = std::move(seen.target);
   tags_ = std::move(seen.tags);
   dots_ = std::move(seen.dots);
-  hints_ = seen.hints;
+  replay_ = std::move(seen.replay);
   if (settings.has("images")) {
     const StrictMapping images = settings.mapping("images", {"folder", "pattern", "rate"});
     const std::string name = images.text("folder"), pattern = images.text("pattern");
     const double rate = options.fps > 0 ? options.fps : images.number("rate", kRates, "Hz");
-    const auto numbered = parsePattern(pattern);
+    const auto numbered = detail::NumberedName::parse(pattern);
     if (!numbered) images.fail("pattern", "expected a file name with one %d or %04d");
-    const std::string found = findImageFolder(name, folder_);
+    const std::string found = detail::findImageFolder(name, folder_);
     if (found.empty()) {
       images.fail("folder", fmt::format("there is no folder {} in the sequence's folder, below "
                                         "VISP_INPUT_IMAGE_PATH or among ViSP's images; install "
                                         "visp-images-data",
                                         detail::quoted(name)));
     }
-    useImages(numberedSeries(found, *numbered, rate,
-                             InputError({path, images.value("pattern").line, "images.pattern"},
-                                        fmt::format("no file like {} in {}", pattern, found))));
+    useImages(
+        detail::numberedSeries(found, *numbered, rate,
+                               InputError({path, images.value("pattern").line, "images.pattern"},
+                                          fmt::format("no file like {} in {}", pattern, found))));
   }
 }
 
@@ -545,28 +310,46 @@ void Sequence::readCamera(const SequenceOptions& options,
   } else {
     camera_ = loadCamera(cameraSource_);
   }
-  // A first image that cannot be read matters only to those who read images.
-  if (hasImages_) {
-    try {
-      const detail::ImageSize size = detail::ImageFile(frames_[0].image).size();
-      if (size.width == camera_.width && size.height == camera_.height) return;
-    } catch (const InputError&) {
-      return;
-    }
-    readImage(0);
+}
+
+/// A first image that cannot be read matters only to those who read images.
+void Sequence::checkImages() {
+  try {
+    requireSize(detail::ImageFile(frames_[0].image).size(), frames_[0].image);
+  } catch (const InputError& error) {
+    if (error.file() == cameraSource_) throw;
+    return;
   }
+  if (imageBits_ > 0) return;
+  std::vector<std::string> images;
+  for (const SequenceFrame& frame : frames_) images.push_back(frame.image);
+  imageBits_ = detail::usedBits(images);
+  if (imageBits_ > 0 && imageBits_ < 16) {
+    warnings_.push_back(
+        fmt::format("{}: has 16 bits, of which {} are used (nothing but black, taken as they are): "
+                    "{} is white; "
+                    "with image_bits: 16 in sequence.yaml it is 65535",
+                    frames_[0].image, imageBits_, (1 << imageBits_) - 1));
+  }
+}
+
+void Sequence::requireSize(detail::ImageSize size, const std::string& image) const {
+  if (size.width == camera_.width && size.height == camera_.height) return;
+  throw InputError({cameraSource_, 0, ""},
+                   fmt::format("the camera has {}x{} pixels, the image {} has {}x{}", camera_.width,
+                               camera_.height, image, size.width, size.height));
 }
 
 DEPTHSERVO_VISP vpImage<unsigned char> Sequence::readImage(std::size_t frame) const {
   const std::string& path = frames_[frame].image;
   const detail::ImageFile file(path);
-  if (file.size().width != camera_.width || file.size().height != camera_.height) {
-    throw InputError(
-        {cameraSource_, 0, ""},
-        fmt::format("the camera has {}x{} pixels, the image {} has {}x{}", camera_.width,
-                    camera_.height, path, file.size().width, file.size().height));
+  requireSize(file.size(), path);
+  if (file.isWhiteUnknown() && imageBits_ == 0) {
+    throw InputError({path, 0, ""},
+                     "has 16 bits, the first image has 8 or cannot be read; say in sequence.yaml "
+                     "how many bits 16-bit images use: image_bits: 16");
   }
-  return file.gray();
+  return file.gray(imageBits_);
 }
 
 std::optional<DepthMap> Sequence::readDepth(std::size_t frame) const {
@@ -583,10 +366,7 @@ std::optional<DepthMap> Sequence::readDepth(std::size_t frame) const {
 
 void Sequence::useDepth(std::vector<ListedImage> images, const std::string& source) {
   depthImages_ = std::move(images);
-  std::vector<double> frameTimes, depthTimes;
-  for (const SequenceFrame& frame : frames_) frameTimes.push_back(frame.time_s);
-  for (const ListedImage& image : depthImages_) depthTimes.push_back(image.time_s);
-  const auto partners = detail::associate(frameTimes, depthTimes);
+  const auto partners = detail::associate(timesOf(frames_), timesOf(depthImages_));
   std::size_t alone = 0;
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     if (partners[i]) {
@@ -607,7 +387,7 @@ void Sequence::useDepth(std::vector<ListedImage> images, const std::string& sour
 void Sequence::readTracks(const std::string& path) {
   TextTable table(path, TextTable::Style::csv, {"timestamp", "id", "u", "v"},
                   TextTable::Order::notDecreasing);
-  auto groups = readGroups<PixelPoint>(table, [&](int id) {
+  auto groups = detail::readGroups<PixelPoint>(table, [&](int id) {
     const PixelPoint point{id, table.number(2, kPixels, "px"), table.number(3, kPixels, "px")};
     if (!camera_.canNormalise(point.u, point.v)) {
       table.fail(
@@ -616,17 +396,19 @@ void Sequence::readTracks(const std::string& path) {
     }
     return point;
   });
-  assignGroups(std::move(groups), &SequenceFrame::tracks, hasImages_, path, frames_, warnings_);
+  detail::assignGroups(std::move(groups), &SequenceFrame::tracks, hasImages_, path, frames_,
+                       warnings_);
   hasTracks_ = true;
 }
 
 void Sequence::readTruth(const std::string& path) {
   TextTable table(path, TextTable::Style::csv, {"timestamp", "id", "Z"},
                   TextTable::Order::notDecreasing);
-  auto groups = readGroups<TrueDepth>(table, [&](int id) {
+  auto groups = detail::readGroups<TrueDepth>(table, [&](int id) {
     return TrueDepth{id, table.number(2, kDepths, "m")};
   });
-  assignGroups(std::move(groups), &SequenceFrame::truth, hasImages_, path, frames_, warnings_);
+  detail::assignGroups(std::move(groups), &SequenceFrame::truth, hasImages_, path, frames_,
+                       warnings_);
 }
 
 void Sequence::readOdometry(const std::string& path) {

@@ -8,8 +8,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
+#include "sequence/GrayImage.h"
 #include "text/TextFile.h"
 
 namespace depthservo {
@@ -35,35 +36,6 @@ std::string cameraInfo(const PinholeCamera& camera) {
       "0]\n",
       camera.width, camera.height, fx, cx, fy, cy, exact(d.k1()), exact(d.k2()), exact(d.p1()),
       exact(d.p2()), exact(d.k3()), fx, cx, fy, cy);
-}
-
-std::string replayYaml(const ReplayHints& hints) {
-  std::string text;
-  const auto add = [&](const char* key, const std::optional<double>& value) {
-    if (value) text += fmt::format("  {}: {}\n", key, exact(*value));
-  };
-  if (hints.estimator) text += fmt::format("  estimator: {}\n", *hints.estimator);
-  add("prior", hints.prior);
-  add("pixel_noise", hints.pixel_noise);
-  if (const auto& noise = hints.odometry_noise) {
-    text += fmt::format("  odometry_noise: [{}, {}]\n", exact(noise->x()), exact(noise->y()));
-  }
-  if (hints.odometry_mode == OdometryMode::commanded) text += "  odometry_mode: commanded\n";
-  add("odometry_scale_sigma", hints.odometry_scale_sigma);
-  add("focal_sigma", hints.focal_sigma);
-  if (const auto& joint = hints.joint) {
-    text += fmt::format("  joint: {{time_offset: {}, gyro_bias: {}, focal: {}}}\n",
-                        joint->time_offset, joint->gyro_bias, joint->focal);
-  }
-  add("Z_min", hints.Z_min);
-  add("Z_max", hints.Z_max);
-  add("settling", hints.settling);
-  add("W_min", hints.W_min);
-  add("ke", hints.ke);
-  add("kappa", hints.kappa);
-  add("k", hints.k);
-  add("k_3", hints.k_3);
-  return text.empty() ? "" : "replay:\n" + text;
 }
 
 std::string tagsYaml(const AprilTagTarget& target) {
@@ -107,7 +79,11 @@ std::string sequenceYaml(const SequenceSettings& settings) {
                  }) +
             "\n";
   }
-  text += replayYaml(settings.replay);
+  if (!settings.replay.empty()) {
+    text += "replay:\n";
+    std::istringstream lines(settings.replay);
+    for (std::string line; std::getline(lines, line);) text += "  " + line + "\n";
+  }
   return text.empty() ? "{}\n" : text;
 }
 
@@ -160,15 +136,14 @@ void SequenceWriter::check(const std::ofstream& out, const std::string& name) co
 }
 
 void SequenceWriter::addImage(double time_s, const DEPTHSERVO_VISP vpImage<unsigned char>& image) {
+  watch_.stopIfInterrupted();
   const std::string name = fmt::format("rgb/{:06}.png", ++images_);
-  const cv::Mat pixels(static_cast<int>(image.getHeight()), static_cast<int>(image.getWidth()),
-                       CV_8U, image.bitmap);
-  std::vector<unsigned char> bytes;
   constexpr int kFastCompression = 1;
-  cv::imencode(".png", pixels, bytes, {cv::IMWRITE_PNG_COMPRESSION, kFastCompression});
+  const std::string bytes = detail::pngOf(
+      image.bitmap, {static_cast<int>(image.getWidth()), static_cast<int>(image.getHeight())},
+      kFastCompression);
   std::ofstream out(fs::path(temporary_) / name, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()),
-            static_cast<std::streamsize>(bytes.size()));
+  out << bytes;
   out.close();
   check(out, name);
   file("rgb.txt", "# timestamp path\n") << timeText(time_s) << ' ' << name << '\n';
@@ -194,6 +169,7 @@ void SequenceWriter::addOdometry(double time_s, const Twist& twist) {
 }
 
 void SequenceWriter::addPose(double time_s, const Eigen::Isometry3d& wMc) {
+  watch_.stopIfInterrupted();
   std::ofstream& out = file("groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n");
   const Eigen::Quaterniond q(wMc.linear());
   out << timeText(time_s);
@@ -212,6 +188,7 @@ void SequenceWriter::finish(const SequenceSettings& settings) {
     check(out, name);
   }
   files_.clear();
+  watch_.stopIfInterrupted();
   std::error_code error;
   if (images_ == 0) fs::remove(fs::path(temporary_) / "rgb", error);
   if (fs::exists(fs::symlink_status(folder_, error))) {

@@ -23,7 +23,6 @@ using detail::Range;
 
 constexpr std::size_t kLongestLine = 4096;                  // bytes
 constexpr std::size_t kMostAtATime = std::size_t{1} << 20;  // bytes
-constexpr Range kTimes{-1e11, 1e11};                        // s
 constexpr Range kSpeeds{-1e3, 1e3};                         // m/s or rad/s
 
 std::string_view trimmed(std::string_view text) {
@@ -39,7 +38,7 @@ std::optional<OdometryRow> parsed(std::string_view line) {
     const std::size_t comma = line.find(',');
     if ((comma == std::string_view::npos) != (i + 1 == values.size())) return std::nullopt;
     const auto value = detail::toNumber(trimmed(line.substr(0, comma)));
-    if (!value || !(i == 0 ? kTimes : kSpeeds).contains(*value)) return std::nullopt;
+    if (!value || !(i == 0 ? detail::kTimes : kSpeeds).contains(*value)) return std::nullopt;
     values[i] = *value;
     line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
   }
@@ -117,7 +116,9 @@ void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows
   const auto row = parsed(line);
   if (!row) {
     ++counts_.malformed;
-    note(fmt::format("expected timestamp,vx,vy,vz,wx,wy,wz, got {}", detail::quoted(line)));
+    const auto time = detail::toNumber(trimmed(line.substr(0, line.find(','))));
+    note(fmt::format("expected timestamp,vx,vy,vz,wx,wy,wz, got {}{}", detail::quoted(line),
+                     time ? detail::unitHint(*time) : ""));
   } else if (!(row->time_s > last_s_)) {
     ++counts_.notLater;
     note(fmt::format("one of {} s comes after one of {} s", row->time_s, last_s_));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
 
 #include "text/StrictYaml.h"
 
@@ -42,17 +43,30 @@ void checkIntrinsics(const PinholeCamera& camera, const StrictMapping& file, con
   }
 }
 
+/// Refuses a model that is not a pinhole even when its coefficients are zero or missing: an ideal
+/// fisheye draws r = f theta, a pinhole r = f tan(theta).
+void checkModel(const std::string& model, const StrictMapping& file) {
+  static const std::set<std::string> pinholes = {
+      "plumb_bob", "radial-tangential", "radtan", "rational_polynomial", "none", "pinhole", ""};
+  if (pinholes.count(model) > 0) return;
+  file.fail("distortion_model",
+            fmt::format("'{}' is not supported, whatever its coefficients are; undistort the "
+                        "images, then say plumb_bob (or no model) and zeros",
+                        model));
+}
+
 /// Coefficients (k1, k2, p1, p2[, k3[, zeros]]) of the model called plumb_bob or
 /// radial-tangential.
 LensDistortion distortionOf(const std::vector<double>& coefficients, const std::string& model,
-                            const StrictMapping& file, const char* modelKey) {
+                            const StrictMapping& file) {
   bool isZero = true;
   for (const double c : coefficients) isZero = isZero && c == 0;
   if (isZero) return {};
   if (model != "plumb_bob" && model != "radial-tangential" && model != "radtan") {
-    file.fail(modelKey, fmt::format("'{}' is not supported, expected plumb_bob or "
-                                    "radial-tangential; undistort the images and write zeros",
-                                    model));
+    file.fail("distortion_model", fmt::format("'{}' has coefficients, expected plumb_bob or "
+                                              "radial-tangential; undistort the images and write "
+                                              "zeros",
+                                              model));
   }
   for (std::size_t i = 5; i < coefficients.size(); ++i) {
     if (coefficients[i] != 0) {
@@ -112,9 +126,9 @@ CameraFile readCameraInfo(const YamlValue& root, const std::string& path) {
   }
   const std::string model =
       info.has("distortion_model") ? info.text("distortion_model") : "plumb_bob";
+  checkModel(model, info);
   if (info.has("distortion_coefficients")) {
-    camera.distortion =
-        distortionOf(matrix(info, "distortion_coefficients", 0), model, info, "distortion_model");
+    camera.distortion = distortionOf(matrix(info, "distortion_coefficients", 0), model, info);
     checkDistortion(camera, info);
   }
   if (info.has("rectification_matrix")) matrix(info, "rectification_matrix", 9);
@@ -163,9 +177,10 @@ CameraFile readEurocCamera(const YamlValue& root, const std::string& path) {
   checkIntrinsics(camera, sensor, "intrinsics");
   const std::string model =
       sensor.has("distortion_model") ? sensor.text("distortion_model") : "radial-tangential";
+  checkModel(model, sensor);
   if (sensor.has("distortion_coefficients")) {
-    camera.distortion = distortionOf(sensor.numbers("distortion_coefficients", 0, kNumber, ""),
-                                     model, sensor, "distortion_model");
+    camera.distortion =
+        distortionOf(sensor.numbers("distortion_coefficients", 0, kNumber, ""), model, sensor);
     checkDistortion(camera, sensor);
   }
   return {camera, poseOf(sensor)};

@@ -68,7 +68,10 @@ std::vector<CameraPose> readPoses(const std::string& path, UnusablePoses unusabl
   std::vector<CameraPose> poses;
   std::size_t skipped = 0, rows = 0;
   while (table.next()) {
-    ++rows;
+    if (++rows == 1 && !table.hasBlanks()) {
+      warnings.push_back(path +
+                         ": its columns are separated by commas or semicolons, read as such");
+    }
     if (skips && isUnusable(table)) {
       ++skipped;
       continue;
@@ -107,7 +110,7 @@ DataSet readAssociated(const std::string& folder, double fps) {
   int image = 1;  // which of the two columns lists the images; ICL-NUIM: the second
   bool isWhole = true;
   while (table.next()) {
-    Row row{{table.time(), table.number(2, {-1e11, 1e11}, "s")},
+    Row row{{table.time(), table.seconds(2)},
             {(fs::path(folder) / std::string(table.text(1))).string(),
              (fs::path(folder) / std::string(table.text(3))).string()}};
     if (rows.empty()) {

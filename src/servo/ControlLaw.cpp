@@ -12,12 +12,9 @@
 #include "depthservo/pose/PoseRegulation.h"
 #include "depthservo/text/InputError.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
+#include "depthservo/visp/using.h"
 #include "robots/cameraJacobian.h"
 #include "servo/ExcitingLaw.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

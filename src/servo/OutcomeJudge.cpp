@@ -9,7 +9,7 @@
 namespace depthservo {
 namespace {
 
-constexpr double kHold_s = 2;        // the error stays within tolerance this long: converged
+constexpr double kHold_s = kImageErrorOver_s;  // the error stays within tolerance this long: converged
 constexpr double kStall_s = 5;       // no progress for this long: stalled. That is,
 constexpr double kStallWay_m = 0.1;  // the robot has hardly moved from where it was
 constexpr double kStallTurn_rad = 0.1;

@@ -4,7 +4,7 @@
 
 #include "depthservo/visp/visp.h"
 #include "observation/Stopwatch.h"
-#include "observation/unexcited.h"
+#include "depthservo/observation/UnexcitedPeriods.h"
 #include "servo/ControlLaw.h"
 #include "servo/OutcomeJudge.h"
 #include "servo/SpeedGovernor.h"

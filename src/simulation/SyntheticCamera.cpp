@@ -7,11 +7,8 @@
 #include <string>
 
 #include "depthservo/motion/Motion.h"
+#include "depthservo/visp/using.h"
 #include "simulation/PolygonCoverage.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

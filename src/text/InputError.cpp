@@ -1,9 +1,11 @@
 #include "depthservo/text/InputError.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <numeric>
 #include <utility>
 
+#include "depthservo/text/didYouMean.h"
 #include "text/TextFile.h"
 
 namespace depthservo {
@@ -75,6 +77,26 @@ std::string nearestWord(const std::string& word, const std::vector<std::string>&
                            [&](const std::string& a, const std::string& b) {
                              return edits(shortened, a) < edits(shortened, b);
                            });
+}
+
+std::string didYouMean(const std::string& word, const std::vector<std::string>& valid) {
+  if (valid.empty()) return "";
+  const std::string nearest = nearestWord(word, valid);
+  const std::size_t most = std::max<std::size_t>(2, nearest.size() / 3);
+  return edits(word.substr(0, 200), nearest) <= most ? "; did you mean '" + nearest + "'?" : "";
+}
+
+std::string didYouMeanFile(const std::string& path) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(path).parent_path();
+  std::error_code error;
+  std::vector<std::string> neighbours;
+  for (fs::directory_iterator it(folder.empty() ? "." : folder, error), end; !error && it != end;
+       it.increment(error)) {
+    neighbours.push_back((folder / it->path().filename()).string());
+  }
+  std::sort(neighbours.begin(), neighbours.end());
+  return didYouMean(path, neighbours);
 }
 
 }  // namespace depthservo

@@ -1,10 +1,10 @@
-#include "text/NewFolder.h"
+#include "depthservo/text/NewFolder.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "depthservo/report/RunFolder.h"
 #include "depthservo/text/InputError.h"
+#include "depthservo/text/InterruptWatch.h"
 
 namespace depthservo {
 namespace {
@@ -28,11 +28,13 @@ class TemporarySibling {
 
   const fs::path& path() const { return path_; }
   void keep() {
+    watch_.stopIfInterrupted();
     fs::rename(path_, final_);
     kept_ = true;
   }
 
  private:
+  InterruptWatch watch_;
   fs::path final_, path_;
   bool kept_ = false;
 };

@@ -135,6 +135,13 @@ class DocumentStart : public YAML::EventHandler {
 
 }  // namespace
 
+const YamlValue* YamlValue::find(const std::string& key) const {
+  for (const Entry& entry : entries) {
+    if (entry.key == key) return &entry.value;
+  }
+  return nullptr;
+}
+
 YamlValue* YamlValue::find(const std::string& key) {
   for (Entry& entry : entries) {
     if (entry.key == key) return &entry.value;
@@ -202,20 +209,13 @@ std::string StrictMapping::pathOf(const std::string& key) const {
   return path_.empty() ? key : path_ + "." + key;
 }
 
-const YamlValue* StrictMapping::find(const std::string& key) const {
-  for (const auto& entry : mapping_->entries) {
-    if (entry.key == key) return &entry.value;
-  }
-  return nullptr;
-}
-
 const YamlValue& StrictMapping::value(const std::string& key) const {
-  if (const YamlValue* found = find(key)) return *found;
+  if (const YamlValue* found = mapping_->find(key)) return *found;
   fail(*mapping_, pathOf(key), "missing key; add it");
 }
 
 void StrictMapping::fail(const std::string& key, const std::string& message) const {
-  const YamlValue* found = find(key);
+  const YamlValue* found = mapping_->find(key);
   fail(found ? *found : *mapping_, pathOf(key), message);
 }
 

@@ -21,6 +21,7 @@ struct YamlValue {
   std::vector<YamlValue> items;  ///< of a list
   std::vector<Entry> entries;    ///< of a mapping, in the order of the file
 
+  const YamlValue* find(const std::string& key) const;
   YamlValue* find(const std::string& key);
 };
 struct YamlValue::Entry {
@@ -42,7 +43,7 @@ class StrictMapping {
   StrictMapping(const YamlValue& value, std::string file, std::string path,
                 const std::vector<std::string>& validKeys);
 
-  bool has(const std::string& key) const { return find(key) != nullptr; }
+  bool has(const std::string& key) const { return mapping_->find(key) != nullptr; }
 
   double number(const std::string& key, const Range& range, const char* unit) const;
   long long integer(const std::string& key, const Range& range, const char* unit) const;
@@ -73,7 +74,6 @@ class StrictMapping {
   static constexpr std::size_t kLongestList = 1000;
 
  private:
-  const YamlValue* find(const std::string& key) const;
   double numberAt(const YamlValue& at, const std::string& path, const Range& range,
                   const char* unit) const;
 

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "depthservo/text/didYouMean.h"
+
 namespace depthservo::detail {
 namespace {
 
@@ -52,7 +54,7 @@ std::string readFile(const std::string& path, std::size_t largest) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (status.type() == std::filesystem::file_type::not_found) {
-    throw InputError({path, 0, ""}, "there is no such file");
+    throw InputError({path, 0, ""}, "there is no such file" + didYouMeanFile(path));
   }
   if (std::filesystem::is_directory(status)) {
     throw InputError({path, 0, ""}, "is a folder, expected a file");
@@ -116,6 +118,14 @@ std::string quoted(std::string_view text) {
   constexpr std::size_t kLongest = 60;
   if (text.size() <= kLongest) return fmt::format("'{}'", text);
   return fmt::format("'{}...'", text.substr(0, kLongest));
+}
+
+std::string unitHint(double time) {
+  constexpr double kMostMilliseconds = 1e14, kMostMicroseconds = 1e17;
+  if (!(time > kTimes.high)) return "";
+  return fmt::format("; is it {}?", time < kMostMilliseconds   ? "milliseconds"
+                                    : time < kMostMicroseconds ? "microseconds"
+                                                               : "nanoseconds");
 }
 
 std::string expectedNumber(const Range& range, const char* unit, std::string_view got) {

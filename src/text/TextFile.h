@@ -47,6 +47,12 @@ std::size_t utf8Length(std::string_view text);
 /// 'text', shortened when it is long.
 std::string quoted(std::string_view text);
 
+/// Times [s]; seconds since 1970 are 1.8e9.
+constexpr Range kTimes{-1e11, 1e11};
+
+/// "; is it milliseconds?" for a time above kTimes, by its size as one since 1970; else empty.
+std::string unitHint(double time);
+
 /// "expected a number in [0, 1] m, got 'x'"
 std::string expectedNumber(const Range& range, const char* unit, std::string_view got);
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -13,14 +14,36 @@ namespace {
 
 constexpr TextLimits kLimits{std::size_t{1} << 30, 4096};
 
-/// Timestamps [s]; epoch seconds are 1.7e9, epoch nanoseconds 1.7e18.
-constexpr Range kTimes{-1e11, 1e11};
 constexpr Range kIds{0, 1e9};
 
 std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t\r");
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// Without what stands in brackets, such as units.
+std::string withoutBrackets(std::string_view text) {
+  std::string rest;
+  int depth = 0;
+  for (const char c : text) {
+    if (c == '[' || c == '(') ++depth;
+    if (depth == 0) rest += c;
+    if ((c == ']' || c == ')') && depth > 0) --depth;
+  }
+  return rest;
+}
+
+/// The component that a word of a header names: x, y, z or w; 0 when none. Words are `tx`, `q_w`,
+/// `position.x`, `qr` (real part, with qi, qj, qk), `q0` (real part, with q1, q2, q3).
+char componentOf(std::string_view word) {
+  static const std::map<char, char> quaternion = {{'r', 'w'}, {'i', 'x'}, {'j', 'y'}, {'k', 'z'},
+                                                  {'0', 'w'}, {'1', 'x'}, {'2', 'y'}, {'3', 'z'}};
+  const auto last = static_cast<char>(std::tolower(static_cast<unsigned char>(word.back())));
+  if (last >= 'w' && last <= 'z') return last;
+  const auto first = std::tolower(static_cast<unsigned char>(word.front()));
+  const auto known = quaternion.find(last);
+  return first == 'q' && word.size() <= 3 && known != quaternion.end() ? known->second : '\0';
 }
 
 /// Seconds of whole nanoseconds: the double nearest to the decimal number, as in our own files.
@@ -51,8 +74,13 @@ bool TextTable::nextLine() {
     position_ = end + 1;
     ++line_;
     if (content_.empty()) continue;
-    if (content_.front() != '#') return true;
-    checkComment();
+    if (content_.front() == '#') {
+      checkComment(content_.substr(1));
+    } else if (style_ == Style::spaces && !hasRow_ && isHeader()) {
+      checkComment(content_);
+    } else {
+      return true;
+    }
   }
   return false;
 }
@@ -61,13 +89,19 @@ void TextTable::split() { split(content_); }
 
 void TextTable::split(std::string_view rest) {
   fields_.clear();
-  const char* separators = style_ == Style::spaces ? " \t" : ",";
+  // What follows the first field tells how a line of a `spaces` table is separated.
+  if (style_ == Style::spaces) {
+    const std::size_t blank = rest.find_first_of(" \t,;");
+    const std::size_t sign = rest.find_first_not_of(" \t", std::min(blank, rest.size()));
+    const char first = sign == std::string_view::npos ? ' ' : rest[sign];
+    separators_ = first == ',' ? "," : first == ';' ? ";" : " \t";
+  }
   for (;;) {
-    const std::size_t end = rest.find_first_of(separators);
+    const std::size_t end = rest.find_first_of(separators_);
     fields_.push_back(trimmed(rest.substr(0, end)));
     if (end == std::string_view::npos) return;
     rest.remove_prefix(end + 1);
-    if (style_ == Style::spaces) rest = trimmed(rest);
+    if (separators_[0] == ' ') rest = trimmed(rest);
   }
 }
 
@@ -99,11 +133,33 @@ void TextTable::checkEurocHeader() {
   line_ = 1;
 }
 
-void TextTable::checkComment() {
+/// A first line that begins with a word for the time.
+bool TextTable::isHeader() const {
+  std::string word(content_.substr(0, content_.find_first_of(" \t,;[(")));
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return word == "t" || word == "time" || word == "stamp" || word == "timestamp";
+}
+
+void TextTable::checkComment(std::string_view comment) {
   if (style_ != Style::spaces) return;
-  split(trimmed(content_.substr(1)));
-  if (std::is_permutation(fields_.begin(), fields_.end(), columns_.begin(), columns_.end()) &&
-      !std::equal(fields_.begin(), fields_.end(), columns_.begin(), columns_.end())) {
+  const std::string text = withoutBrackets(comment);
+  std::vector<std::string_view> words;
+  std::string components, expected;
+  for (std::size_t i = 0; (i = text.find_first_not_of(" \t,;", i)) != std::string::npos;) {
+    const std::size_t end = std::min(text.find_first_of(" \t,;", i), text.size());
+    words.push_back(std::string_view(text).substr(i, end - i));
+    if (const char component = componentOf(words.back())) components += component;
+    i = end;
+  }
+  for (const std::string& column : columns_) {
+    if (const char component = componentOf(column)) expected += component;
+  }
+  const auto isReordered = [](const auto& got, const auto& wanted) {
+    return !std::equal(got.begin(), got.end(), wanted.begin(), wanted.end()) &&
+           std::is_permutation(got.begin(), got.end(), wanted.begin(), wanted.end());
+  };
+  if (isReordered(words, columns_) || isReordered(components, expected)) {
     throw InputError({path_, line_, ""},
                      fmt::format("columns in another order: expected '{}', got {}",
                                  fmt::join(columns_, " "), quoted(content_)));
@@ -132,23 +188,32 @@ bool TextTable::next() {
   return true;
 }
 
+double TextTable::seconds(std::size_t column) const {
+  const auto value = toNumber(fields_[column]);
+  if (!value || !kTimes.contains(*value)) {
+    fail(column,
+         expectedNumber(kTimes, "s", fields_[column]) + (value ? unitHint(*value) : std::string()));
+  }
+  return *value;
+}
+
 void TextTable::readTime() {
   const double before = time_s_;
-  const auto time_s = style_ == Style::euroc ? secondsOf(fields_[0]) : toNumber(fields_[0]);
-  if (!time_s && style_ == Style::euroc) {
-    fail(0, fmt::format("expected a time in whole nanoseconds, got {}", quoted(fields_[0])));
+  if (style_ == Style::euroc) {
+    const auto time_s = secondsOf(fields_[0]);
+    if (!time_s) {
+      fail(0, fmt::format("expected a time in whole nanoseconds, got {}", quoted(fields_[0])));
+    }
+    time_s_ = *time_s;
+  } else {
+    time_s_ = seconds(0);
   }
-  if (!time_s || !kTimes.contains(*time_s)) {
-    const bool nanoseconds = time_s && *time_s > kTimes.high;
-    fail(0, expectedNumber(kTimes, "s", fields_[0]) + (nanoseconds ? "; is it nanoseconds?" : ""));
+  if (hasRow_ && time_s_ < before) {
+    fail(0, fmt::format("time runs backwards: {} s after {} s; sort the file", time_s_, before));
   }
-  if (hasRow_ && *time_s < before) {
-    fail(0, fmt::format("time runs backwards: {} s after {} s; sort the file", *time_s, before));
+  if (hasRow_ && time_s_ == before && order_ == Order::increasing) {
+    fail(0, fmt::format("the time {} s appears twice; remove one row", time_s_));
   }
-  if (hasRow_ && *time_s == before && order_ == Order::increasing) {
-    fail(0, fmt::format("the time {} s appears twice; remove one row", *time_s));
-  }
-  time_s_ = *time_s;
 }
 
 double TextTable::number(std::size_t column, const Range& range, const char* unit) const {

@@ -13,7 +13,9 @@ namespace depthservo::detail {
 ///
 /// Lines that are blank or start with '#' are skipped; lines may end in CRLF. Every row has exactly
 /// the given columns. A csv table begins with a header that names them. A `spaces` table (TUM
-/// style) has none, but a comment that names the columns in another order is a fault. A `euroc`
+/// style) needs none, but a comment or a first line that names the columns (or the components x, y,
+/// z, w of position and quaternion) in another order is a fault; its lines may also be separated by
+/// commas or semicolons. A `euroc`
 /// table begins with a header after '#', units in brackets, that may have more columns, which every
 /// row has too; its times are whole nanoseconds.
 ///
@@ -30,9 +32,11 @@ class TextTable {
   /// Goes to the next row; false after the last. A table without rows is a fault.
   bool next();
 
-  double time() const { return time_s_; }  ///< of this row [s]
+  double time() const { return time_s_; }    ///< of this row [s]
+  double seconds(std::size_t column) const;  ///< another time
   double number(std::size_t column, const Range& range, const char* unit) const;
-  bool isNaN(std::size_t column) const;  ///< it says "nan", in any spelling
+  bool hasBlanks() const { return separators_[0] == ' '; }  ///< between the fields of this row
+  bool isNaN(std::size_t column) const;                     ///< it says "nan", in any spelling
   int id(std::size_t column) const;
   std::string_view text(std::size_t column) const { return fields_[column]; }
 
@@ -44,7 +48,8 @@ class TextTable {
   void split(std::string_view text);
   void checkHeader();
   void checkEurocHeader();
-  void checkComment();
+  bool isHeader() const;
+  void checkComment(std::string_view comment);
   void readTime();
 
   std::string path_, bytes_;
@@ -54,6 +59,7 @@ class TextTable {
   std::size_t position_ = 0;  // of the next line in bytes_
   int line_ = 0;
   std::string_view content_;  // of this line
+  const char* separators_ = ",";
   std::vector<std::string_view> fields_;
   std::size_t width_;  // columns of every row
   bool hasRow_ = false;

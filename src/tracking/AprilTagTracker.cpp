@@ -4,12 +4,9 @@
 #include <map>
 #include <stdexcept>
 
+#include "depthservo/visp/using.h"
 #include "target/aprilTagFamily.h"
 #include "tracking/TagCorners.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo::detail {
 namespace {
@@ -19,6 +18,9 @@ using Image = vpImage<unsigned char>;
 constexpr std::array kCuts{0.2, 0.35, 0.5, 0.65, 0.8};
 constexpr int kLeastRange = 20;
 
+/// Around what is looked at in search of a blob nearer than a dot.
+constexpr double kRoom_px = 16;
+
 /// More connected parts than this are noise; more dots than this are not considered for the
 /// pattern.
 constexpr int kMostParts = 5000;
@@ -28,6 +30,59 @@ constexpr std::size_t kMostDots = 24;
 /// counts as a tie.
 constexpr double kWorstFit = 0.4;
 constexpr double kTie = 0.05;
+
+/// Connected pixels on one side of a gray level.
+struct Parts {
+  Parts(const cv::Mat& pixels, double level, Side side) {
+    cv::Mat cut, centroids;
+    cv::threshold(pixels, cut, std::floor(level), 255,
+                  side == Side::darker ? cv::THRESH_BINARY_INV : cv::THRESH_BINARY);
+    count = cv::connectedComponentsWithStats(cut, labels, stats, centroids, 4, CV_32S);
+  }
+  /// In the coordinates of `pixels`.
+  Box box(int part) const {
+    const int* s = stats.ptr<int>(part);
+    const int u = s[cv::CC_STAT_LEFT], v = s[cv::CC_STAT_TOP];
+    return {u, v, u + s[cv::CC_STAT_WIDTH] - 1, v + s[cv::CC_STAT_HEIGHT] - 1};
+  }
+  /// The part at a point; 0 when there is none.
+  int at(const Eigen::Vector2d& point) const {
+    const cv::Point pixel(static_cast<int>(std::lround(point.x())),
+                          static_cast<int>(std::lround(point.y())));
+    return cv::Rect({0, 0}, labels.size()).contains(pixel) ? labels.at<int>(pixel) : 0;
+  }
+  int area(int part) const { return stats.at<int>(part, cv::CC_STAT_AREA); }
+
+  int count = 0;  // with 0, what is on the other side
+  cv::Mat labels, stats;
+};
+
+/// Whether the part may be a dot that is not the one with this core: large enough, smaller than the
+/// background, and not around that dot.
+bool isOther(const Parts& parts, int part, const Box& core, const DotLimits& limits) {
+  const Box b = parts.box(part);
+  const bool isThrough = (b.left == 0 && b.right == parts.labels.cols - 1) ||
+                         (b.top == 0 && b.bottom == parts.labels.rows - 1);
+  const bool isAround =
+      b.left <= core.left && b.right >= core.right && b.top <= core.top && b.bottom >= core.bottom;
+  const bool isSized = std::max(b.width(), b.height()) <= 2 * limits.most_radius_px &&
+                       parts.area(part) >= M_PI * limits.least_radius_px * limits.least_radius_px;
+  return isSized && !isThrough && !isAround;
+}
+
+/// Whether a part that may be another dot, and is none of those to be left out, has a pixel within
+/// `reach` of the position.
+bool hasOtherWithin(const Parts& parts, const std::set<int>& leftOut, const Box& core,
+                    const Eigen::Vector2d& position, double reach, const DotLimits& limits) {
+  for (int v = 0; v < parts.labels.rows; ++v) {
+    const int* label = parts.labels.ptr<int>(v);
+    for (int u = 0; u < parts.labels.cols; ++u) {
+      if (label[u] == 0 || !((Eigen::Vector2d(u, v) - position).norm() < reach)) continue;
+      if (leftOut.count(label[u]) == 0 && isOther(parts, label[u], core, limits)) return true;
+    }
+  }
+  return false;
+}
 
 cv::Mat view(const Image& image, const Box& region) {
   const cv::Mat whole(static_cast<int>(image.getHeight()), static_cast<int>(image.getWidth()),
@@ -191,6 +246,20 @@ class Assignment {
 
 }  // namespace
 
+Box boxAround(const Eigen::Vector2d& centre, double reach, const Image& image) {
+  const auto cut = [](double x, unsigned size) {
+    return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(size) - 1));
+  };
+  return {cut(centre.x() - reach, image.getWidth()), cut(centre.y() - reach, image.getHeight()),
+          cut(centre.x() + reach, image.getWidth()), cut(centre.y() + reach, image.getHeight())};
+}
+
+double distanceTo(const Ellipse& ellipse, const Eigen::Vector2d& point) {
+  const Eigen::Vector2d way = point - ellipse.centre;
+  const double radii = std::sqrt(way.dot(ellipse.shape.inverse() * way));
+  return radii <= 1 ? 0 : way.norm() * (1 - 1 / radii);
+}
+
 bool isSame(const DotMeasurement& a, const DotMeasurement& b) {
   const double reach = 0.5 * std::min(a.ellipse.semiAxes().y(), b.ellipse.semiAxes().y());
   return (a.ellipse.centre - b.ellipse.centre).norm() < reach;
@@ -202,21 +271,18 @@ bool hasFourInGeneralPosition(const DotTarget& target) {
 
 std::vector<DotMeasurement> dotsAtLevel(const Image& image, const Box& region, double level,
                                         Side side, const DotLimits& limits) {
-  cv::Mat cut, labels, parts, centroids;
-  cv::threshold(view(image, region), cut, std::floor(level), 255,
-                side == Side::darker ? cv::THRESH_BINARY_INV : cv::THRESH_BINARY);
-  const int n = cv::connectedComponentsWithStats(cut, labels, parts, centroids, 4, CV_32S);
+  const Parts parts(view(image, region), level, side);
   std::vector<DotMeasurement> dots;
-  if (n > kMostParts) return dots;
+  if (parts.count > kMostParts) return dots;
   const double most = 2 * limits.most_radius_px, least = 2 * limits.least_radius_px;
-  for (int i = 1; i < n; ++i) {
-    const int* part = parts.ptr<int>(i);
-    const int u = part[cv::CC_STAT_LEFT], v = part[cv::CC_STAT_TOP];
-    const int w = part[cv::CC_STAT_WIDTH], h = part[cv::CC_STAT_HEIGHT];
-    const bool isCut = u == 0 || v == 0 || u + w == region.width() || v + h == region.height();
+  for (int i = 1; i < parts.count; ++i) {
+    const Box b = parts.box(i);
+    const int w = b.width(), h = b.height();
+    const bool isCut = b.left == 0 || b.top == 0 || b.right == region.width() - 1 ||
+                       b.bottom == region.height() - 1;
     if (isCut || w > most || h > most || w + 2 < least || h + 2 < least) continue;
-    const Box core{region.left + u, region.top + v, region.left + u + w - 1,
-                   region.top + v + h - 1};
+    const Box core{region.left + b.left, region.top + b.top, region.left + b.right,
+                   region.top + b.bottom};
     const auto dot = measureDot(image, core);
     if (dot && (dot->contrast < 0) == (side == Side::darker)) dots.push_back(*dot);
   }
@@ -243,6 +309,31 @@ std::vector<DotMeasurement> dotsAtAnyLevel(const Image& image, const Box& region
     }
   }
   return dots;
+}
+
+bool isAnotherWithin(const Image& image, const Eigen::Vector2d& position, double reach,
+                     const DotMeasurement& dot,
+                     const std::vector<std::optional<DotMeasurement>>& known,
+                     const DotLimits& limits) {
+  if (reach <= 0) return false;
+  const double all =
+      (dot.ellipse.centre - position).norm() + 3 * dot.ellipse.semiAxes().x() + kRoom_px;
+  const Box region = boxAround(position, std::max(reach, all), image);
+  const Eigen::Vector2d corner(region.left, region.top);
+  const Eigen::Vector2d centre = dot.ellipse.centre - corner;
+  const Eigen::Vector2d half = dot.ellipse.shape.diagonal().cwiseSqrt();
+  const Box core{static_cast<int>(std::ceil(centre.x() - half.x())),
+                 static_cast<int>(std::ceil(centre.y() - half.y())),
+                 static_cast<int>(centre.x() + half.x()), static_cast<int>(centre.y() + half.y())};
+  const Side side = dot.contrast < 0 ? Side::darker : Side::lighter;
+  return std::any_of(kCuts.begin(), kCuts.end(), [&](double cut) {
+    const Parts parts(view(image, region), dot.background + cut * dot.contrast, side);
+    std::set<int> leftOut{parts.at(centre)};
+    for (const auto& other : known) {
+      if (other) leftOut.insert(parts.at(other->ellipse.centre - corner));
+    }
+    return hasOtherWithin(parts, leftOut, core, position - corner, reach, limits);
+  });
 }
 
 std::optional<std::vector<std::size_t>> assignDots(const DotTarget& target,

@@ -16,6 +16,10 @@ struct DotLimits {
   double least_radius_px = 1, most_radius_px = 150;  ///< semi-axes
 };
 
+/// The pixels within `reach` of a point, cut at the border of the image.
+Box boxAround(const Eigen::Vector2d& centre, double reach,
+              const DEPTHSERVO_VISP vpImage<unsigned char>& image);
+
 /// Whether two measurements are of one dot in the image: their centres lie well within both.
 bool isSame(const DotMeasurement& a, const DotMeasurement& b);
 
@@ -28,6 +32,17 @@ std::vector<DotMeasurement> dotsAtLevel(const DEPTHSERVO_VISP vpImage<unsigned c
 /// The same at several levels between the darkest and the lightest of the region, each dot once.
 std::vector<DotMeasurement> dotsAtAnyLevel(const DEPTHSERVO_VISP vpImage<unsigned char>& image,
                                            const Box& region, const DotLimits& limits);
+
+/// How far a point is outside of an ellipse, on the way to its centre [px]; 0 inside.
+double distanceTo(const Ellipse& ellipse, const Eigen::Vector2d& point);
+
+/// Whether a blob like the dot (as light or dark, of a size that the limits allow, whole or not,
+/// measurable or not), which is neither the dot nor one of those that are known, has a pixel within
+/// `reach` [px] of the position.
+bool isAnotherWithin(const DEPTHSERVO_VISP vpImage<unsigned char>& image,
+                     const Eigen::Vector2d& position, double reach, const DotMeasurement& dot,
+                     const std::vector<std::optional<DotMeasurement>>& known,
+                     const DotLimits& limits);
 
 /// Which of the dots found is which point of the plate, seen from its front: for each point, the
 /// index of its dot.

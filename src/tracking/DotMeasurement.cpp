@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo::detail {
 namespace {

@@ -6,12 +6,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "depthservo/visp/using.h"
 #include "tracking/DotDetector.h"
 #include "tracking/DotMeasurement.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {
@@ -28,8 +25,11 @@ constexpr double kGateSigmas = 4;
 /// the most.
 constexpr double kScaleChange = 1.35, kScaleChangeHidden = 0.05, kScaleChangeMost = 5;
 
-/// Factor by which the contrast may change.
-constexpr double kContrastChange = 2;
+/// Factor by which the contrast may change, likewise: the light may have been switched.
+constexpr double kContrastChange = 2, kContrastChangeHidden = 0.1, kContrastChangeMost = 5;
+
+/// As many dots may look like one; factor by which the size of a dot's double may differ.
+constexpr double kDotsThatTouch = 3, kDoubleSize = 1.6;
 
 void require(bool isMet, const char* what) {
   if (!isMet) throw std::invalid_argument(std::string("DotTracker: ") + what);
@@ -57,14 +57,6 @@ Box boxOf(const vpDot2& finder) {
   const vpRect box = finder.getBBox();
   return {static_cast<int>(box.getLeft()), static_cast<int>(box.getTop()),
           static_cast<int>(box.getRight()), static_cast<int>(box.getBottom())};
-}
-
-Box boxAround(const Eigen::Vector2d& centre, double reach, const Image& image) {
-  const auto cut = [](double x, unsigned size) {
-    return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(size) - 1));
-  };
-  return {cut(centre.x() - reach, image.getWidth()), cut(centre.y() - reach, image.getHeight()),
-          cut(centre.x() + reach, image.getWidth()), cut(centre.y() + reach, image.getHeight())};
 }
 
 bool contains(const Image& image, const Eigen::Vector2d& p) {
@@ -156,14 +148,30 @@ class DotTracker::Impl {
   }
 
   bool findPattern(const Image& image) {
-    const auto blobs = detail::dotsAtAnyLevel(image, boxAround({0, 0}, HUGE_VAL, image), limits_);
+    const auto blobs =
+        detail::dotsAtAnyLevel(image, detail::boxAround({0, 0}, HUGE_VAL, image), limits_);
     const auto dotOf = detail::assignDots(*target_, blobs);
     if (!dotOf) return false;
+    found_.clear();
+    for (const std::size_t k : *dotOf) found_.emplace_back(blobs[k]);
+    for (const auto& dot : found_) {
+      if (hasDouble(image, *dot)) return false;
+    }
     for (std::size_t i = 0; i < dots_.size(); ++i) {
       dots_[i].last = blobs[(*dotOf)[i]];
       dots_[i].isSeen = dots_[i].wasEverSeen = true;
     }
     return true;
+  }
+
+  /// Whether a blob of about the dot's size stands so close to it that either may be the plate's.
+  bool hasDouble(const Image& image, const DotMeasurement& dot) const {
+    const Eigen::Vector2d axes = dot.ellipse.semiAxes();
+    detail::DotLimits limits = limits_;
+    limits.least_radius_px = axes.y() / kDoubleSize;
+    limits.most_radius_px = axes.x() * kDoubleSize;
+    return detail::isAnotherWithin(image, dot.ellipse.centre, kJumpDiameters * 2 * axes.x(), dot,
+                                   found_, limits);
   }
 
   /// As expected; without an expectation, where the dot was last seen, or where it shall start.
@@ -203,7 +211,8 @@ class DotTracker::Impl {
     const Dot& dot = dots_[i];
     const auto measured = [&](const std::optional<Box>& core) {
       auto m = core ? detail::measureDot(image, *core) : std::nullopt;
-      return m && isAcceptable(*m, i, place) ? m : std::nullopt;
+      const bool isIt = m && isAcceptable(*m, i, place) && !isAnotherNearer(image, *m, i, place);
+      return isIt ? m : std::nullopt;
     };
     if (auto m = measured(detail::coreNear(image, dot.last, place.position))) return m;
     return measured(coreByVpDot2(image, dot, place.position));
@@ -230,29 +239,37 @@ class DotTracker::Impl {
     return boxOf(finder_);
   }
 
-  /// By connected pixels in a region, nearest first.
+  /// By connected pixels in a region, nearest first: of the gray level between the dot and its
+  /// background as they were, then, the light may have changed, of any.
   std::optional<DotMeasurement> findAgain(const Image& image, std::size_t i, const Place& place) {
     Dot& dot = dots_[i];
     const double reach = place.gate_px + dot.diameter();
-    const Box region = boxAround(place.position, reach, image);
+    const Box region = detail::boxAround(place.position, reach, image);
     const auto side = dot.last.contrast < 0 ? detail::Side::darker : detail::Side::lighter;
     auto blobs = detail::dotsAtLevel(image, region, dot.threshold(), side, limits_);
-    return nearest(blobs, i, place);
+    if (auto again = nearest(image, blobs, i, place)) return again;
+    detail::DotLimits limits = limits_;
+    limits.dark = side == detail::Side::darker;
+    limits.light = !limits.dark;
+    blobs = detail::dotsAtAnyLevel(image, region, limits);
+    return nearest(image, blobs, i, place);
   }
 
   std::optional<DotMeasurement> findFirst(const Image& image, std::size_t i) {
     const Place& place = places_[i];
     // Small regions first: what is light or dark is then a matter of the dot's surroundings.
     for (const double reach : {32.0, 96.0, 2 * options_.most_radius_px}) {
-      auto blobs = detail::dotsAtAnyLevel(image, boxAround(place.position, reach, image), limits_);
-      if (auto dot = nearest(blobs, i, place)) return dot;
+      auto blobs =
+          detail::dotsAtAnyLevel(image, detail::boxAround(place.position, reach, image), limits_);
+      if (auto dot = nearest(image, blobs, i, place)) return dot;
     }
     return std::nullopt;
   }
 
-  /// The acceptable dot that is nearest to the place.
-  std::optional<DotMeasurement> nearest(std::vector<DotMeasurement>& blobs, std::size_t i,
-                                        const Place& place) const {
+  /// The acceptable dot that is nearest to the place, unless a blob that is not measurable, which
+  /// may be the dot, is nearer.
+  std::optional<DotMeasurement> nearest(const Image& image, std::vector<DotMeasurement>& blobs,
+                                        std::size_t i, const Place& place) const {
     const auto distance = [&](const DotMeasurement& m) {
       return (m.ellipse.centre - place.position).norm();
     };
@@ -260,6 +277,7 @@ class DotTracker::Impl {
               [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
     for (const DotMeasurement& blob : blobs) {
       if (!isAcceptable(blob, i, place)) continue;
+      if (isAnotherNearer(image, blob, i, place)) return std::nullopt;
       return blob;
     }
     return std::nullopt;
@@ -281,6 +299,19 @@ class DotTracker::Impl {
     return !dot.wasEverSeen || continues(m, dot);
   }
 
+  /// Whether a blob that may be the dot, though it cannot be measured, is nearer to its place: of
+  /// what has been seen, one as large as a few dots that touch.
+  bool isAnotherNearer(const Image& image, const DotMeasurement& m, std::size_t i,
+                       const Place& place) const {
+    detail::DotLimits limits = limits_;
+    if (dots_[i].wasEverSeen) {
+      limits.most_radius_px =
+          std::min(limits.most_radius_px, kDotsThatTouch * m.ellipse.semiAxes().x());
+    }
+    return detail::isAnotherWithin(
+        image, place.position, detail::distanceTo(m.ellipse, place.position), m, found_, limits);
+  }
+
   bool isAllowed(const DotMeasurement& m) const {
     const Eigen::Vector2d axes = m.ellipse.semiAxes();
     return (m.contrast < 0 ? limits_.dark : limits_.light) && axes.y() >= limits_.least_radius_px &&
@@ -289,7 +320,9 @@ class DotTracker::Impl {
 
   static bool continues(const DotMeasurement& m, const Dot& dot) {
     const double contrast = m.contrast / dot.last.contrast;
-    if (!(contrast > 1 / kContrastChange && contrast < kContrastChange)) return false;
+    const double lightChange =
+        std::min(kContrastChangeMost, kContrastChange + kContrastChangeHidden * dot.hiddenFor);
+    if (!(contrast > 1 / lightChange && contrast < lightChange)) return false;
     const double change =
         std::min(kScaleChangeMost, kScaleChange + kScaleChangeHidden * dot.hiddenFor);
     const Eigen::Array2d ratio = m.ellipse.semiAxes().array() / dot.last.ellipse.semiAxes().array();
@@ -322,6 +355,11 @@ DotTracker::DotTracker(const DotTarget& target, const DotTrackerOptions& options
     require(p.allFinite() && p.z() == 0, "the dots must lie in the plane z = 0");
   }
   require(target.radius >= 0 && std::isfinite(target.radius), "the radius is >= 0 m");
+  for (auto p = target.points.begin(); p != target.points.end(); ++p) {
+    require(std::all_of(p + 1, target.points.end(),
+                        [&](const auto& q) { return (*p - q).norm() > 2 * target.radius; }),
+            "dots of the plate overlap: make the radius less than half of their distance");
+  }
   impl_->setTarget(target);
 }
 

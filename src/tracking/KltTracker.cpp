@@ -7,11 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "depthservo/visp/using.h"
 #include "tracking/PatchAligner.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {
@@ -22,15 +19,21 @@ constexpr double kReach_px = 1.5;          // from where Lucas-Kanade ends to th
 constexpr double kSureExpectation_px = 3;  // a vaguer one is no better than the last velocity
 constexpr double kNewLook = 0.05;        // loss of similarity, since a look was kept, for a new one
 constexpr double kNewLookWarp_px = 0.7;  // zoom and roll that are too much for the old one
+constexpr double kStepSimilarity = 0.5;  // from image to image, of what has lost its look
 constexpr double kRefound = 0.9;         // similarity it takes to be seen again
 constexpr double kCornerShift_px = 3;    // from the pixel with the best gradients to the corner
 constexpr double kWarpError = 0.06;      // of zoom and roll, left in the position
 constexpr double kFloor_px = 0.015;
-constexpr double kCorrelated = 2;     // neighbouring pixels of a bilinear patch share noise
 constexpr double kChooseBelow = 0.8;  // of the points
-constexpr int kChooseEvery = 5;       // images, at most
-constexpr int kLevelsNear = 1;        // of the pyramid: 20 px about the place
-constexpr double kGainStep = 0.02;    // smaller changes of the light are left to the alignment
+constexpr int kStrips = 4;            // of the image, of which one an image is searched for corners
+constexpr double kSurplus = 1.5;      // of its share of the points that a strip may have
+constexpr double kSamePlace = 0.5;    // of the least distance: two points that are one
+constexpr double kGradient2PerNoise2 = 3;  // least gradient of a corner; noise alone has 1/2
+constexpr int kSaturated = 254, kBlack = 1;
+constexpr double kMostSaturated = 0.75;  // of the pixels of a patch
+constexpr int kNoiseStep = 4;            // rows and columns between the pixels that tell the noise
+constexpr int kLevelsNear = 1;           // of the pyramid: 20 px about the place
+constexpr double kGainStep = 0.02;       // smaller changes of the light are left to the alignment
 
 /// Of the way back, which only has to tell 0.7 px from none.
 const cv::TermCriteria kBackwardCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.05);
@@ -114,17 +117,14 @@ class KltTracker::Impl {
     size_ = raw.size();
     const std::vector<Eigen::Vector2d> places = placesOf(expected);
     const cv::Mat image = previous_.empty() ? raw : inTheLightOfBefore(raw, places);
+    noise_ = noiseOf(image);
     cv::buildOpticalFlowPyramid(image, pyramid_, window_, options_.levels);
     if (!previous_.empty()) search(places);
     for (std::size_t i = 0; i < tracks_.size(); ++i) locate(image, i, places[i]);
     std::swap(previous_, pyramid_);
     lastImage_ = image.data == raw.data ? raw.clone() : image;
 
-    ++sinceChosen_;
-    if (static_cast<double>(seen()) < kChooseBelow * options_.points &&
-        (sinceChosen_ >= kChooseEvery || tracks_.empty())) {
-      choose(image);
-    }
+    if (static_cast<double>(seen()) < kChooseBelow * options_.points) choose(image);
   }
 
   std::size_t seen() const {
@@ -210,23 +210,52 @@ class KltTracker::Impl {
     const bool isFound = i < found_.size() && found_[i].has_value();
     ++track.unseen;
     if (wasSeen && !isFound) return;
-    const auto aligned = track.look.align(image, wasSeen ? *found_[i] : place, kReach_px);
-    if (!aligned || aligned->similarity < (wasSeen ? options_.similarity : kRefound)) return;
-    track.velocity = (aligned->point - track.point) / track.unseen;
-    track.point = aligned->point;
-    track.unseen = 0;
-    const double warp_px = kWarpError * aligned->warp_px;
-    const double variance = kCorrelated * aligned->sigma_px * aligned->sigma_px + warp_px * warp_px;
-    track.sigma_px = std::sqrt(variance + track.variance_px2 + kFloor_px * kFloor_px);
-    if (track.similarity == 0) track.similarity = aligned->similarity;
-    const bool looksTheSame =
-        aligned->similarity > track.similarity - kNewLook && aligned->warp_px < kNewLookWarp_px;
-    if (looksTheSame) return;
-    if (const auto look = ReferencePatch::at(image, track.point)) {
-      track.look = *look;
-      track.variance_px2 += variance;
-      track.similarity = 0;
+    const auto aligned = track.look.align(image, wasSeen ? *found_[i] : place, kReach_px, noise_);
+    if (aligned && aligned->similarity >= (wasSeen ? options_.similarity : kRefound)) {
+      if (wasSeen || isFree(aligned->point)) take(image, track, *aligned);
+    } else if (wasSeen) {
+      takeFromLastImage(image, track, *found_[i]);
     }
+  }
+
+  /// Whether a point that is found again has a place: no other is there, nor are there enough.
+  bool isFree(const Eigen::Vector2d& point) const {
+    if (static_cast<int>(seen()) >= options_.points) return false;
+    return std::none_of(tracks_.begin(), tracks_.end(), [&](const Track& other) {
+      return other.unseen == 0 &&
+             (other.point - point).norm() < kSamePlace * options_.least_distance_px;
+    });
+  }
+
+  void take(const cv::Mat& image, Track& track, const ReferencePatch::Alignment& aligned) {
+    track.velocity = (aligned.point - track.point) / track.unseen;
+    track.point = aligned.point;
+    track.unseen = 0;
+    const double warp_px = kWarpError * aligned.warp_px;
+    const double variance = aligned.sigma_px * aligned.sigma_px + warp_px * warp_px;
+    track.sigma_px = std::sqrt(variance + track.variance_px2 + kFloor_px * kFloor_px);
+    if (track.similarity == 0) track.similarity = aligned.similarity;
+    const bool looksTheSame =
+        aligned.similarity > track.similarity - kNewLook && aligned.warp_px < kNewLookWarp_px;
+    if (!looksTheSame) renewLook(image, track);
+  }
+
+  /// Of a point that has come to look different within one image: by what it looked like then.
+  void takeFromLastImage(const cv::Mat& image, Track& track, const Eigen::Vector2d& place) {
+    const auto look = ReferencePatch::at(lastImage_, track.point);
+    const auto aligned = look ? look->align(image, place, kReach_px, noise_) : std::nullopt;
+    if (!aligned || aligned->similarity < kStepSimilarity) return;
+    track.variance_px2 = track.sigma_px * track.sigma_px;
+    take(image, track, *aligned);
+    renewLook(image, track);
+  }
+
+  void renewLook(const cv::Mat& image, Track& track) {
+    const auto look = ReferencePatch::at(image, track.point);
+    if (!look) return;
+    track.look = *look;
+    track.variance_px2 = track.sigma_px * track.sigma_px;
+    track.similarity = 0;
   }
 
   void retire() {
@@ -239,33 +268,91 @@ class KltTracker::Impl {
     tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), isGone), tracks_.end());
   }
 
+  /// New corners in one strip of the image, the next one at each call: the cost is the same for
+  /// every image, and no part of it is left empty. All at once when there is none yet.
   void choose(const cv::Mat& image) {
-    sinceChosen_ = 0;
+    const int strips = seen() == 0 ? kStrips : 1;
+    for (int k = 0; k < strips; ++k) {
+      chooseIn(image, image.rows * strip_ / kStrips, image.rows * (strip_ + 1) / kStrips);
+      strip_ = (strip_ + 1) % kStrips;
+    }
+  }
+
+  void chooseIn(const cv::Mat& image, int top, int bottom) {
     const int margin = static_cast<int>(std::ceil(ReferencePatch::kMargin_px));
-    if (image.cols <= 2 * margin || image.rows <= 2 * margin) return;
-    cv::Mat mask = cv::Mat::zeros(image.size(), CV_8U);
-    mask(cv::Rect(margin, margin, image.cols - 2 * margin, image.rows - 2 * margin)).setTo(255);
+    const cv::Rect inner(margin, margin, image.cols - 2 * margin, image.rows - 2 * margin);
+    const cv::Rect strip = cv::Rect(0, top, image.cols, bottom - top) & inner;
+    const int inStrip =
+        static_cast<int>(std::count_if(tracks_.begin(), tracks_.end(), [&](const Track& track) {
+          return track.unseen == 0 && track.point.y() >= top && track.point.y() < bottom;
+        }));
+    const int share = static_cast<int>(std::ceil(kSurplus * options_.points / kStrips));
+    const int wanted = std::min(options_.points - static_cast<int>(seen()), share - inStrip);
+    if (strip.width < 3 || strip.height < 3 || wanted <= 0) return;
+    cv::Mat mask(strip.size(), CV_8U, cv::Scalar(255));
     for (const Track& track : tracks_) {
-      cv::circle(mask, toCv(track.point), static_cast<int>(options_.least_distance_px), 0, -1);
+      if (track.unseen > 0) continue;
+      cv::circle(mask, toCv(track.point - Eigen::Vector2d(strip.x, strip.y)),
+                 static_cast<int>(options_.least_distance_px), 0, -1);
     }
-    const int wanted = options_.points - static_cast<int>(tracks_.size());
-    if (wanted <= 0) return;
     std::vector<cv::Point2f> corners;
-    cv::goodFeaturesToTrack(image, corners, wanted, options_.quality, options_.least_distance_px,
-                            mask);
+    cv::goodFeaturesToTrack(image(strip), corners, wanted, options_.quality,
+                            options_.least_distance_px, mask);
     for (const cv::Point2f& corner : corners) {
-      Eigen::Vector2d point = toEigen(corner);
-      auto look = ReferencePatch::at(image, point);
-      if (!look) continue;
-      const Eigen::Vector2d shift = look->corner();
-      if (shift.norm() < kCornerShift_px) {
-        point += shift;
-        look = ReferencePatch::at(image, point);
-        if (!look) continue;
-      }
-      tracks_.push_back({nextId_++, point, Eigen::Vector2d::Zero(), *look});
-      tracks_.back().sigma_px = kFloor_px;
+      add(image, Eigen::Vector2d(corner.x + static_cast<float>(strip.x),
+                                 corner.y + static_cast<float>(strip.y)));
     }
+  }
+
+  void add(const cv::Mat& image, Eigen::Vector2d point) {
+    auto look = ReferencePatch::at(image, point);
+    if (!look) return;
+    const Eigen::Vector2d shift = look->corner();
+    if (shift.norm() < kCornerShift_px) {
+      point += shift;
+      look = ReferencePatch::at(image, point);
+    }
+    const bool isCorner = look && look->leastGradient2() > kGradient2PerNoise2 * noise_ * noise_ &&
+                          !isSaturated(image, point);
+    if (!isCorner) return;
+    tracks_.push_back({nextId_++, point, Eigen::Vector2d::Zero(), *look});
+    tracks_.back().sigma_px = kFloor_px;
+  }
+
+  static bool isSaturated(const cv::Mat& image, const Eigen::Vector2d& point) {
+    const int side = ReferencePatch::kSide;
+    const cv::Rect box(static_cast<int>(std::lround(point.x())) - side / 2,
+                       static_cast<int>(std::lround(point.y())) - side / 2, side, side);
+    return cv::countNonZero(image(box) >= kSaturated) > kMostSaturated * side * side;
+  }
+
+  /// Standard deviation of a pixel's noise [gray levels] (Immerkaer, CVIU 64(2), 1996: the
+  /// difference of two Laplacians sees no edges; by its median, where nothing is clipped).
+  double noiseOf(const cv::Mat& image) {
+    constexpr double kMedianToSigma = 1.4826 / 6;
+    constexpr int kMost = 16 * 255;
+    counts_.assign(kMost + 1, 0);
+    int n = 0;
+    for (int v = 1; v + 1 < image.rows; v += kNoiseStep) {
+      const auto *a = image.ptr<unsigned char>(v - 1), *b = image.ptr<unsigned char>(v),
+                 *c = image.ptr<unsigned char>(v + 1);
+      for (int u = 1; u + 1 < image.cols; u += kNoiseStep) {
+        const int most = std::max(
+            {a[u - 1], a[u], a[u + 1], b[u - 1], b[u], b[u + 1], c[u - 1], c[u], c[u + 1]});
+        const int least = std::min(
+            {a[u - 1], a[u], a[u + 1], b[u - 1], b[u], b[u + 1], c[u - 1], c[u], c[u + 1]});
+        if (most >= kSaturated || least <= kBlack) continue;
+        const int value = a[u - 1] + a[u + 1] + c[u - 1] + c[u + 1] + 4 * b[u] -
+                          2 * (a[u] + b[u - 1] + b[u + 1] + c[u]);
+        ++counts_[static_cast<std::size_t>(std::abs(value))];
+        ++n;
+      }
+    }
+    int median = 0;
+    for (int half = n / 2;
+         median < kMost && (half -= counts_[static_cast<std::size_t>(median)]) >= 0;)
+      ++median;
+    return kMedianToSigma * median;
   }
 
   KltTrackerOptions options_;
@@ -273,7 +360,7 @@ class KltTracker::Impl {
   cv::TermCriteria criteria_;
   cv::Size size_;              // of the first image
   std::vector<Track> tracks_;  // by ascending id
-  int nextId_ = 0, sinceChosen_ = 0;
+  int nextId_ = 0, strip_ = 0;
   std::vector<cv::Mat> previous_, pyramid_;
   cv::Mat lastImage_;
   std::vector<TrackedPoint> points_;
@@ -286,6 +373,8 @@ class KltTracker::Impl {
   std::vector<unsigned char> forward_, backward_;
   std::vector<float> errors_;
   std::vector<double> gains_;
+  std::vector<int> counts_;
+  double noise_ = 0;  // of a pixel [gray levels]
 };
 
 KltTracker::KltTracker(const KltTrackerOptions& options) : impl_(std::make_unique<Impl>(options)) {}

@@ -1,6 +1,7 @@
 #include "tracking/PatchAligner.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 namespace depthservo::detail {
@@ -10,6 +11,8 @@ constexpr int kIterations = 8;
 constexpr double kConverged_px = 0.01;
 constexpr double kLeastContrast = 2;  // rms gray levels of a patch
 constexpr int kParameters = 6;        // translation, zoom, roll, gain, offset
+constexpr double kCorrelated = 2;     // pixels of a bilinear patch that share noise
+constexpr double kChanged = 8;        // pixels that share a change of the look: 3 x 3
 constexpr double kSteadiness = 0.01;
 constexpr double kLeastInformation = 1e-5;  // of any motion: 0.02 px for 1 % of noise
 
@@ -70,6 +73,11 @@ std::optional<ReferencePatch> ReferencePatch::at(const cv::Mat& image,
       patch.derivative_(k, 3) = (gv * x - gu * y) / kHalf;
     }
   }
+  const Eigen::Matrix2f G =
+      patch.derivative_.leftCols<2>().transpose() * patch.derivative_.leftCols<2>();
+  patch.leastGradient2_ =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f>(G, Eigen::EigenvaluesOnly).eigenvalues()(0) /
+      kSize;
   const float norm = normalise(patch.gray_);
   if (!(norm > kLeastContrast * kSide)) return std::nullopt;
   patch.derivative_ /= norm;
@@ -100,13 +108,15 @@ Eigen::Vector2d ReferencePatch::corner() const {
 
 std::optional<ReferencePatch::Alignment> ReferencePatch::align(const cv::Mat& image,
                                                                const Eigen::Vector2d& start,
-                                                               double reach_px) const {
+                                                               double reach_px,
+                                                               double noise) const {
   Eigen::Vector2d point = start;
   Values values;
   for (int k = 0; k < kIterations; ++k) {
     if (!keepsMargin(image, point, kMargin_px)) return std::nullopt;
     values = sample<kSide>(image, point);
-    if (!(normalise(values) > kLeastContrast * kSide / 2)) return std::nullopt;
+    const double norm = normalise(values);
+    if (!(norm > kLeastContrast * kSide / 2)) return std::nullopt;
     const Eigen::Vector4d slope = (derivative_.transpose() * values).cast<double>();
     const Eigen::Vector4d motion = covariance_ * slope;
     point -= motion.head<2>();
@@ -114,7 +124,9 @@ std::optional<ReferencePatch::Alignment> ReferencePatch::align(const cv::Mat& im
     if (motion.head<2>().norm() > kConverged_px) continue;
     const double similarity = gray_.dot(values);
     const double left = std::max(0.0, 2 * (1 - similarity) - slope.dot(motion));
-    const double variance = left / (kSize - kParameters);
+    const double all = left / (kSize - kParameters);
+    const double byNoise = std::min(all, 2 * noise * noise / (norm * norm));  // of both images
+    const double variance = kCorrelated * byNoise + kChanged * (all - byNoise);
     return Alignment{point, similarity,
                      std::sqrt(0.5 * variance * covariance_.topLeftCorner<2, 2>().trace()),
                      motion.tail<2>().norm()};

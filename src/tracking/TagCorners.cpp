@@ -5,9 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo::detail {
 namespace {

@@ -23,10 +23,7 @@
 #include <vector>
 
 #include "depthservo/features/FeatureMoments.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo {
 namespace {

@@ -16,10 +16,7 @@
 #include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/features/FeaturePoint.h"
 #include "depthservo/features/FeaturePointGroup.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo {
 namespace {

@@ -10,10 +10,7 @@
 #include <vector>
 
 #include "depthservo/pose/VisualMotionObserver.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo {
 namespace {

@@ -14,10 +14,7 @@
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/KltTracker.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace {
 

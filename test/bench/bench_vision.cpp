@@ -8,10 +8,7 @@
 
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/DotTracker.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace {
 

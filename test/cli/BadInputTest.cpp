@@ -24,6 +24,50 @@ TEST(Arguments, a_misspelt_option_suggests_the_nearest) {
   expectRefused(depthservo("--hlep"), {"'--hlep'", "'--help'"});
 }
 
+TEST(Arguments, a_key_of_the_scenario_is_no_option_but_has_one) {
+  expectRefused(depthservo("run " + kFourDots + " --estimator joint"),
+                {"'--estimator'", "--set depth.estimator=joint"});
+  expectRefused(depthservo("run " + kFourDots + " --seed=3"), {"--set seed=3"});
+  expectRefused(depthservo("record " + kFourDots + " x --pixel-noise 0.4"),
+                {"--set sensing.pixel_noise=0.4"});
+}
+
+TEST(Arguments, a_value_too_many_names_the_option_and_what_it_takes) {
+  expectRefused(depthservo("run " + kFourDots + " --set seed=1 duration=2"),
+                {"'duration=2'", "--set takes KEY=VALUE", "repeat --set"});
+  expectRefused(depthservo("replay somewhere --prior 3 0.1"), {"'0.1'", "--prior takes Z[:SIGMA]"});
+  expectRefused(depthservo("run " + kFourDots + " other.yaml"), {"'other.yaml'", "too many"});
+}
+
+TEST(Arguments, a_misspelt_word_is_told_the_nearest) {
+  expectRefused(depthservo("replay " + data("sequences/mire-2") + " --observe fokal"),
+                {"'fokal'", "'focal'"});
+  expectRefused(depthservo("reproduce deluca"), {"'deluca'", "'deluca2008'"});
+  expectRefused(depthservo("gains --law obsever --fps 30"), {"'obsever'", "'observer'"});
+  expectRefused(depthservo("keys depht"), {"'depth'"});
+}
+
+TEST(Arguments, gains_for_a_moving_target_ask_how_fast_it_moves) {
+  expectRefused(depthservo("gains --law observer --fps 30"), {"--kappa"});
+}
+
+TEST(Scenarios, are_found_by_the_name_they_are_shipped_under) {
+  const std::string inTree = "cd " + data("..") + " && ";
+  const std::string rest = " --json --set duration=0.5 --set expect=null";
+  const Result byName = depthservo("run unicycle-4dots" + rest, inTree);
+  ASSERT_EQ(byName.exitCode, 0) << byName.err;
+  EXPECT_EQ(byName.out, depthservo("run " + kFourDots + rest).out);
+  EXPECT_EQ(depthservo("run deluca2008/depth" + rest, inTree).exitCode, 0);
+  expectRefused(depthservo("run unicycle-4dotz", inTree), {"'unicycle-4dots'"});
+  expectRefused(depthservo("compare unicycle-4dotz", inTree), {"'unicycle-4dots'"});
+}
+
+TEST(Scenarios, with_another_ending_or_another_place_of_the_word_are_guessed) {
+  expectRefused(depthservo("run " + data("scenarios/unicycle-4dots.yml")),
+                {"unicycle-4dots.yml", "did you mean '", "unicycle-4dots.yaml'"});
+  expectRefused(depthservo("run --set seed=1 duration=2"), {"duration=2", "--set duration=2"});
+}
+
 TEST(Arguments, help_begins_with_examples) {
   const Result help = depthservo("--help");
   EXPECT_EQ(help.exitCode, 0);
@@ -187,6 +231,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Option{"prior_is_nan", "--prior nan", "--prior"},
                     Option{"prior_sigma_is_zero", "--prior 1:0", "--prior"},
                     Option{"tracker_unknown", "--tracker dust", "--tracker"},
+                    Option{"tracker_misspelt", "--tracker klr", "nearest is 'klt'"},
+                    Option{"motion_misspelt", "--motion grountruth", "nearest is 'groundtruth'"},
                     Option{"no_tracks", "--tracker tracks", "tracks.csv"},
                     Option{"motion_unknown", "--motion imu", "--motion"},
                     Option{"motion_of_corners", "--tracker klt --motion target",

@@ -4,12 +4,9 @@
 #include "cli/Tool.h"
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/simulation/SyntheticCamera.h"
+#include "depthservo/visp/using.h"
 #include "support/Random.h"
 #include "support/TemporaryFolder.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo::test {
 namespace {

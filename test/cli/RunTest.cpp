@@ -153,6 +153,27 @@ TEST(Run, keeps_the_dots_within_the_limits_of_the_robot) {
   }
 }
 
+TEST(Run, is_repeated_from_its_run_folder) {
+  const TemporaryFolder folder;
+  const std::string first = folder / "first", again = folder / "again";
+  ASSERT_EQ(depthservo("run " + kFourDots +
+                       " --set duration=1 --set expect=null --set depth.initial=3 --out " + first)
+                .exitCode,
+            0);
+  const Result repeated = depthservo("run " + first + "/run.json --out " + again);
+  ASSERT_EQ(repeated.exitCode, 0) << repeated.err;
+  EXPECT_EQ(folder.read("first/features.csv"), folder.read("again/features.csv"));
+  EXPECT_EQ(folder.read("first/run.json"), folder.read("again/run.json"));
+}
+
+TEST(Keys, are_printed_as_text_and_as_a_schema) {
+  const Result text = depthservo("keys depth.pose");
+  EXPECT_EQ(text.exitCode, 0);
+  EXPECT_NE(text.out.find("depth.pose.kappa"), std::string::npos) << text.out;
+  EXPECT_EQ(text.out.find("depth.initial"), std::string::npos) << text.out;
+  EXPECT_EQ(depthservo("keys --schema").json()["additionalProperties"], false);
+}
+
 TEST(Report, is_made_anew_from_the_files_of_a_run_folder) {
   const TemporaryFolder folder;
   const std::string out = folder / "run";

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include "depthservo/depth/DepthEstimate.h"
@@ -103,6 +104,55 @@ TEST(PredictedEstimate, staysWithinTheRange) {
   const DepthEstimate e{0, 0, 1, .01, 0, DepthStatus::valid};
   EXPECT_NEAR(predicted(e, Motion::fromTwist({{0, 0, .9}, {0, 0, 0}}, 1), range).Z(), 0.5, 1e-12);
   EXPECT_NEAR(predicted(e, Motion::fromTwist({{0, 0, -3}, {0, 0, 0}}, 1), range).Z(), 2, 1e-12);
+}
+
+TEST(DepthEstimate, widensAsFarAsTheCameraMayHaveGone) {
+  const PointSigmas before{1e-3, .05};
+  const PointState point{.2, -.1, .5};
+  const PointSigmas after = widened(before, point, {1, .3, .2});
+  // Two sigma nearer: 1/.6 m less 0.3 m; the rotation moves a point off the axis nearer, too.
+  const double nearest = 1 / (1 / .6 - .3) + .2 * std::hypot(.2, .1) * .5;
+  EXPECT_NEAR(after.chi, .5 * (nearest - .5), 1e-12);
+  const double r2 = .05;
+  EXPECT_NEAR(after.xy, 1e-3 + .5 * (.3 * .6 * std::sqrt(1 + r2) + .2 * (1 + r2)), 1e-12);
+  const PointSigmas gone = widened(before, point, {9, 3, .2});
+  EXPECT_EQ(gone.chi, DepthPrior::kWideSigma_chi) << "it may be anywhere";
+  EXPECT_EQ(widened({0, 7}, point, {9, 3, .2}).chi, 7) << "never narrower";
+}
+
+TEST(DepthEstimate, widensByPartsAsByTheWhole) {
+  PointSigmas byParts{0, .02};
+  const PointState point{0, 0, 1};
+  for (int i = 0; i < 30; ++i) byParts = widened(byParts, point, {.1, .01, 0});
+  EXPECT_NEAR(byParts.chi, widened({0, .02}, point, {3, .3, 0}).chi, 1e-12);
+}
+
+TEST(DepthEstimate, predictionThroughUnknownMotionCoasts) {
+  DepthEstimate e;
+  e.status = DepthStatus::valid;
+  e.chi = .5;
+  e.sigma_chi = .01;
+  const DepthEstimate after = predicted(e, Motion::notKnown({.5, .2, 0}));
+  EXPECT_EQ(after.status, DepthStatus::coasting);
+  EXPECT_EQ(after.chi, .5);
+  EXPECT_GT(after.sigma_chi, .03);
+}
+
+TEST(DepthEstimate, isCautiousWhileInDoubt) {
+  DepthEstimate e;
+  e.chi = 1;
+  e.sigma_chi = .5;
+  EXPECT_FALSE(e.isDoubtful());
+  EXPECT_EQ(e.cautiousZ(), 1);
+  e.sigma_chi = .6;
+  EXPECT_TRUE(e.isDoubtful());
+  EXPECT_NEAR(e.cautiousZ(), 1 / 2.2, 1e-12);
+}
+
+TEST(DepthEstimate, statusCanBeStreamed) {
+  std::ostringstream out;
+  out << DepthStatus::coasting;
+  EXPECT_EQ(out.str(), "coasting");
 }
 
 }  // namespace

@@ -13,11 +13,8 @@
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/FeaturePoint.h"
 #include "depthservo/features/FeaturePointGroup.h"
+#include "depthservo/visp/using.h"
 #include "support/AllocationCounter.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {
@@ -52,6 +49,7 @@ TEST(Allocations, noneInPredictAndCorrectOfAnyEstimator) {
     estimator->reset({.1, .1, 8e-4}, {2});
     for (int i = 0; i < kIterations; ++i) {
       estimator->predict(Motion::fromTwist(twistAt(i), i % 89 == 0 ? -1 : kDt));
+      if (i % 83 == 0) estimator->predict(Motion::notKnown({kDt, .01, .01}));
       if (i % 7 != 0) estimator->correct(measurementAt(i));
       if (i % 101 == 0) estimator->correctDepth({1.5, .1});
       sum += estimator->estimate().Z();
@@ -67,7 +65,7 @@ void expectNoAllocations(PointSetEstimator& points) {
   seen.reserve(5);
   const std::size_t before = test::allocations();
   for (int i = 0; i < kIterations; ++i) {
-    odometry.push(i * kDt, twistAt(i));
+    if (i % 59 > 9) odometry.push(i * kDt, twistAt(i));  // with holes
     points.advance(odometry, i * kDt);
     seen.clear();
     for (int id = 0; id < 5; ++id) {  // one more than there is room for

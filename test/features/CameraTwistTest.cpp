@@ -4,10 +4,7 @@
 #include <visp3/robot/vpPioneer.h>
 
 #include "depthservo/features/cameraTwist.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo {
 namespace {

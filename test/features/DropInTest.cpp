@@ -156,6 +156,7 @@ TEST(DropInFeature, printsLikeTheBaseClassUntilObservedAndMoreAfterwards) {
                           vpFeaturePoint::selectX(), vpFeaturePoint::selectY()}) {
     EXPECT_EQ(printed(ours, select), printed(plain, select));
   }
+  ours.setServoDepth(ServoDepth::observed);
   ours.observe(vpColVector(6, 0.), 0.1);
   const std::string text = printed(ours), expected = printed(plain);
   EXPECT_EQ(text.substr(0, expected.size()), expected);

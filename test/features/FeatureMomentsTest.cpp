@@ -8,6 +8,7 @@
 #include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/features/FeatureMoments.h"
+#include "depthservo/features/FeaturePointGroup.h"
 #include "support/FourPointScene.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
@@ -238,6 +239,7 @@ TEST(FeatureMoments, bringsTheCameraHomeBesidePointsFromAWrongGuess) {
       vpFeatureBuilder::create(desired[i], p);
       atGoal.push_back({p.get_x(), p.get_y(), 1 / p.get_Z()});
       points[i].set_Z(3);
+      points[i].setServoDepth(ServoDepth::observed);  // it is the moments that are tested
     }
     const double scale = FeatureMoments::scaleFor(atGoal);
     FeatureMoments s(scale), sd(scale);

@@ -46,6 +46,8 @@ TEST(FeaturePointGroup, isTheSameAsItsFeaturesOneByOne) {
   for (std::size_t i = 0; i < 3; ++i) {
     group[i].set_Z(1.5 + static_cast<double>(i));
     single[i].set_Z(1.5 + static_cast<double>(i));
+    group[i].setServoDepth(ServoDepth::observed);  // in doubt a group has more in common
+    single[i].setServoDepth(ServoDepth::observed);
   }
   for (int k = 0; k < 200; ++k) {
     const Twist twist = twistAt(k * kPeriod_s);
@@ -151,11 +153,149 @@ TEST(FeaturePointGroup, lateOdometryKeepsTheEstimatesAndSaysSo) {
   EXPECT_EQ(s.observe(odometry, 0), Coverage::complete);
   const DepthEstimate before = s[0].estimate();
   measure(s[0], StillPoint::at(.05, .1, 1));
-  EXPECT_EQ(s.observe(odometry, 1), Coverage::afterEnd);
+  EXPECT_EQ(s.observe(odometry, .4), Coverage::afterEnd);
   EXPECT_EQ(s[0].estimate().chi, before.chi);
   EXPECT_EQ(s[0].estimate().x, before.x);
   EXPECT_EQ(s.observe(odometry, -1), Coverage::reversed);
   EXPECT_EQ(s[0].estimate().chi, before.chi);
+}
+
+TEST(FeaturePointGroup, coastsHonestlyWhileTheOdometryIsMissing) {
+  // 100 Hz, none from 4 s to 5 s, in which the camera advances at 0.6 m/s instead.
+  FeaturePointGroup s = pointwiseGroup(2);
+  MotionBuffer odometry;
+  std::vector<StillPoint> points{StillPoint::at(.1, -.1, 2), StillPoint::at(-.2, .1, 3)};
+  const auto twist = [](double t) {
+    return t > 4 && t < 5 ? Twist{{0, 0, .6}, {0, 0, 0}} : Twist{{.15, .05, 0}, {0, .05, .1}};
+  };
+  double rows_s = 0;
+  for (int k = 0; k <= 270; ++k) {
+    const double t = k * kPeriod_s;
+    for (; rows_s < t; rows_s += .01) {
+      if (rows_s < 4 || rows_s > 5 - 1e-9) odometry.push(rows_s, twist(rows_s + .005));
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (k > 0) points[i].move(twist, t - kPeriod_s, t);
+      measure(s[i], points[i]);
+    }
+    const Coverage coverage = s.observe(odometry, t);
+    for (std::size_t i = 0; k > 60 && hasMotion(coverage) && i < 2; ++i) {
+      const DepthEstimate& e = s[i].estimate();
+      if (t > 4.08 && t < 5) {
+        ASSERT_TRUE(coverage == Coverage::ended) << toString(coverage);
+        ASSERT_EQ(e.status, DepthStatus::coasting);
+        ASSERT_EQ(s[i].get_x(), points[i].x());
+      }
+      ASSERT_LT(std::abs(e.chi - points[i].chi()), 4 * e.sigma_chi + 1e-3) << t;
+    }
+  }
+  EXPECT_NEAR(odometry.unknownSince(4.5, 4.6), 4, .02);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(s[i].estimate().status, DepthStatus::valid);
+    EXPECT_NEAR(s[i].estimate().Z() / points[i].Z(), 1, .02) << "learnt again";
+  }
+}
+
+TEST(FeaturePointGroup, refusedTwistsWidenSigmaAsForOneFeature) {
+  FeaturePointGroup group = pointwiseGroup(1);
+  FeaturePoint single;
+  StillPoint point = StillPoint::at(.1, -.1, 1.5);
+  const Twist lateral{{.15, .03, 0}, {0, 0, 0}};
+  for (int k = 0; k < 200; ++k) {
+    const bool isRefused = k >= 60 && k < 90;
+    point.move(isRefused ? Twist{{0, 0, .3}, {0, 0, 0}} : lateral, kPeriod_s);
+    measure(group[0], point);
+    measure(single, point);
+    const vpColVector v = isRefused ? vpColVector(6, kNaN) : vispTwist(lateral);
+    const double dt = isRefused && k % 2 ? 0 : kPeriod_s;
+    group.observe(v, dt);
+    single.observe(v, dt);
+    const DepthEstimate &a = group[0].estimate(), &b = single.estimate();
+    ASSERT_EQ(a.status, b.status) << k;
+    ASSERT_NEAR(a.chi, b.chi, 1e-9) << k;
+    ASSERT_NEAR(a.sigma_chi, b.sigma_chi, 1e-9) << k;
+    ASSERT_NEAR(group.unknownFor_s(), single.unknownFor_s(), 1e-12);
+    if (isRefused) {
+      ASSERT_EQ(a.status, DepthStatus::coasting);
+    }
+    ASSERT_LT(std::abs(a.chi - point.chi()), 4 * a.sigma_chi) << k;
+  }
+  EXPECT_EQ(group.refused(), 30u);
+  EXPECT_EQ(group[0].refused(), 30u);
+  EXPECT_EQ(group[0].estimate().status, DepthStatus::valid);
+}
+
+TEST(FeaturePointGroup, imagesFarApartAreNoHole) {
+  FeaturePointGroup s = pointwiseGroup(1);
+  StillPoint point = StillPoint::at(.1, .1, 1.3);
+  const Twist lateral{{.1, .03, 0}, {0, 0, 0}};
+  for (int k = 0; k < 90; ++k) {
+    const double dt = k % 20 == 19 ? 20 * kPeriod_s : kPeriod_s;  // told, hence known
+    point.move(lateral, dt);
+    measure(s[0], point);
+    s.observe(vispTwist(lateral), dt);
+    ASSERT_NE(s[0].estimate().status, DepthStatus::coasting);
+  }
+  EXPECT_NEAR(s[0].get_Z(), 1.3, 0.03);
+}
+
+TEST(FeaturePointGroup, theSameDepthAtEveryImageIsNoNewDepth) {
+  FeaturePointGroup s = pointwiseGroup(1);
+  StillPoint point = StillPoint::at(.1, .1, 1.3);
+  const Twist lateral{{.1, .03, 0}, {0, 0, 0}};
+  for (int k = 0; k < 90; ++k) {
+    point.move(lateral, kPeriod_s);
+    s[0].buildFrom(point.x(), point.y(), 4);
+    s.observe(vispTwist(lateral), kPeriod_s);
+  }
+  EXPECT_NEAR(s[0].estimate().Z(), 1.3, 0.03);
+  EXPECT_EQ(s[0].restarts(), 0u);
+}
+
+TEST(FeaturePointGroup, depthsInDoubtKeepTheirProportions) {
+  const DepthRange range{1e-3, 100};
+  FeaturePointGroup s(PointwiseEstimator(InverseDepthFilter({}, range), 3, {}, range), 3);
+  const double guesses[] = {.5, 1, 4};
+  for (std::size_t i = 0; i < 3; ++i) {
+    s[i].set_Z(guesses[i]);
+    measure(s[i], StillPoint::at(.1, .1, 1));
+  }
+  s.observe(vpColVector(6, 0.), kPeriod_s);
+  EXPECT_LE(s[2].get_Z(), 1 / (.25 + 2 * DepthPrior::kWideSigma_chi) + 1e-12);
+  EXPECT_NEAR(s[2].get_Z() / s[1].get_Z(), 4, 1e-9);
+  EXPECT_NEAR(s[1].get_Z() / s[0].get_Z(), 2, 1e-9);
+  s[0].setDesiredDepth(.8);
+  s[1].setDesiredDepth(.6);
+  s.observe(vpColVector(6, 0.), kPeriod_s);
+  EXPECT_NEAR(s[2].get_Z(), .7, .02) << "the mean of what is known of the goal";
+}
+
+TEST(FeaturePointGroup, servoWithoutADesiredDepthConvergesFromAnyGuess) {
+  for (double guess : {.05, .5, 3., 1e6}) {
+    FeaturePointGroup s = pointwiseGroup(4);
+    FourPointScene scene;
+    std::vector<vpFeaturePoint> s_star(4);
+    vpServo task;
+    task.setServo(vpServo::EYEINHAND_CAMERA);
+    task.setInteractionMatrixType(vpServo::CURRENT);
+    task.setLambda(.8);
+    for (std::size_t i = 0; i < 4; ++i) {
+      s[i].set_Z(guess);
+      s_star[i].set_x(scene.desired(i).get_x());
+      s_star[i].set_y(scene.desired(i).get_y());
+      task.addFeature(s[i], s_star[i]);
+    }
+    vpColVector v(6, 0.);
+    for (int k = 0; k < 600; ++k) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        s[i].set_x(scene.seen(i).get_x());
+        s[i].set_y(scene.seen(i).get_y());
+      }
+      s.observe(v, kPeriod_s);
+      v = scene.apply(task.computeControlLaw());
+    }
+    EXPECT_LT(task.getError().frobeniusNorm(), 1.5e-3) << guess;
+  }
 }
 
 TEST(FeaturePointGroup, odometryThatStartsLaterStartsAnew) {

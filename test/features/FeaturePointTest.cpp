@@ -1,8 +1,12 @@
 #include <gtest/gtest.h>
+#include <visp3/core/vpExponentialMap.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <string>
+#include <type_traits>
 #include <vector>
 
 #include "depthservo/depth/ConstantDepth.h"
@@ -215,20 +219,26 @@ TEST(FeaturePoint, worksAgainAfterGarbage) {
   EXPECT_EQ(s.estimate().status, DepthStatus::valid);
 }
 
-TEST(FeaturePoint, countsRefusedTwistsAndLeavesTheEstimate) {
+TEST(FeaturePoint, countsRefusedTwistsAndWidensSigmaInThatTime) {
   ObservedFeature observed(StillPoint::at(.1, .1, 1.3), 2);
-  observed.frames(30, kLateral);
+  observed.frames(60, kLateral);
   FeaturePoint& s = observed.feature;
-  const DepthEstimate before = s.estimate();
+  ASSERT_EQ(s.estimate().status, DepthStatus::valid);
   unsigned refused = 0;
+  double sigma = s.estimate().sigma_chi, chi = s.estimate().chi;
   EXPECT_EQ(s.refused(), refused);
+  EXPECT_EQ(s.unknownFor_s(), 0);
   const vpColVector v = vispTwist(kLateral);
   const auto expectRefused = [&](const vpColVector& twist, double dt) {
+    observed.measure();
     s.observe(twist, dt);
     EXPECT_EQ(s.refused(), ++refused);
-    EXPECT_EQ(s.estimate().chi, before.chi);
-    EXPECT_EQ(s.estimate().x, before.x);
-    EXPECT_EQ(s.estimate().sigma_chi, before.sigma_chi);
+    EXPECT_NEAR(s.unknownFor_s(), refused * kPeriod_s, 1e-9) << "the last good dt, if need be";
+    EXPECT_EQ(s.estimate().chi, chi);
+    EXPECT_GT(s.estimate().sigma_chi, sigma);
+    EXPECT_EQ(s.estimate().status, DepthStatus::coasting);
+    EXPECT_EQ(s.get_x(), observed.point.x()) << "the measurement still serves the servo";
+    sigma = s.estimate().sigma_chi;
   };
   for (double dt : {0.0, -0.1, kNaN, kInf}) expectRefused(v, dt);
   for (unsigned size : {0u, 1u, 2u, 5u, 7u}) expectRefused(vpColVector(size, .1), kPeriod_s);
@@ -237,9 +247,54 @@ TEST(FeaturePoint, countsRefusedTwistsAndLeavesTheEstimate) {
     bad[j] = j % 2 ? kNaN : kInf;
     expectRefused(bad, kPeriod_s);
   }
-  Motion motion;
-  s.observe(motion);
+  observed.measure();
+  s.observe(Motion());
   EXPECT_EQ(s.refused(), ++refused) << "a motion without duration";
+  observed.frames(60, kLateral);
+  EXPECT_EQ(s.unknownFor_s(), 0);
+  EXPECT_EQ(s.estimate().status, DepthStatus::valid) << "learnt again";
+  EXPECT_NEAR(s.estimate().Z(), observed.point.Z(), 3 * s.estimate().sigma_Z());
+}
+
+TEST(FeaturePoint, isHonestWhileTheCameraGoesOnUnseen) {
+  // Towards the point, at the bounds declared, for 0.8 s of useless twists; then known again.
+  UnknownMotion bounds;
+  bounds.speed_mps = .8;
+  bounds.acceleration_mps2 = 1.5;
+  for (const double direction : {1., -1.}) {
+    ObservedFeature observed(StillPoint::at(.1, -.05, 2.5), 1);
+    FeaturePoint& s = observed.feature;
+    s.setUnknownMotion(bounds);
+    const Twist usual{{.15, .1, 0}, {0, 0, .1}};
+    observed.frames(90, usual);
+    double speed = usual.linear.norm();
+    for (int k = 0; k < 24; ++k) {
+      speed = std::min(speed + 1.5 * kPeriod_s, .8);
+      observed.point.move({{0, 0, direction * speed}, {0, 0, 0}}, kPeriod_s);
+      observed.measure();
+      s.observe(k % 2 ? vpColVector() : vpColVector(6, kNaN), k % 3 ? kPeriod_s : 0.);
+      const DepthEstimate& e = s.estimate();
+      ASSERT_EQ(e.status, DepthStatus::coasting);
+      ASSERT_LT(std::abs(e.chi - observed.point.chi()), 3 * e.sigma_chi) << k;
+    }
+    observed.frames(90, usual);
+    EXPECT_EQ(s.estimate().status, DepthStatus::valid);
+    EXPECT_NEAR(s.estimate().Z() / observed.point.Z(), 1, .03);
+  }
+}
+
+TEST(FeaturePoint, saysThatTheMotionIsUnknown) {
+  ObservedFeature observed(StillPoint::at(.1, .1, 1.3), 2);
+  FeaturePoint& s = observed.feature;
+  const auto printed = [&] {
+    ::testing::internal::CaptureStdout();
+    s.print();
+    return ::testing::internal::GetCapturedStdout();
+  };
+  EXPECT_EQ(printed().find("unknown"), std::string::npos);
+  for (int i = 0; i < 3; ++i) s.observe(vpColVector(6, kNaN), .1);
+  const std::string text = printed();
+  EXPECT_NE(text.find("motion is unknown for 0.3 s: 3 twists"), std::string::npos) << text;
 }
 
 TEST(FeaturePoint, motionNobodyToldOfIsNotTakenForParallax) {
@@ -253,7 +308,7 @@ TEST(FeaturePoint, motionNobodyToldOfIsNotTakenForParallax) {
     s.observe(vpColVector(6, kNaN), kPeriod_s);
     ASSERT_EQ(s.get_x(), observed.point.x()) << "the measurement still serves the servo";
     const DepthEstimate& e = s.estimate();
-    ASSERT_LT(std::abs(e.Z() / 1.3 - 1), .01) << i;
+    ASSERT_LT(std::abs(e.chi - observed.point.chi()), std::max(.01 * e.chi, e.sigma_chi)) << i;
     ASSERT_NE(e.status, DepthStatus::rejected);
   }
 }
@@ -266,7 +321,8 @@ TEST(FeaturePoint, staysWithinItsRange) {
     s.set_x(.1);
     s.set_y(.1);
     s.observe(vpColVector(6, 0.), kPeriod_s);
-    EXPECT_NEAR(s.get_Z(), guess < 1 ? 0.5 : 2, 1e-12);
+    EXPECT_NEAR(s.estimate().Z(), guess < 1 ? 0.5 : 2, 1e-12);
+    EXPECT_EQ(s.get_Z(), .5) << "the near end of a wide interval";
   }
 }
 
@@ -329,7 +385,8 @@ TEST(FeaturePoint, measurementThatIsNotFiniteIsLikeAHiddenPoint) {
 
 TEST(FeaturePoint, setZBeforeTheFirstObserveIsTheGuess) {
   ObservedFeature observed(StillPoint::at(-.1, .1, 1.2), 2.5);
-  EXPECT_NEAR(observed.feature.get_Z(), 2.5, 1e-12);
+  EXPECT_NEAR(observed.feature.get_Z(), 1 / (.4 + 2 * DepthPrior::kWideSigma_chi), 1e-12)
+      << "nobody vouches for it";
   EXPECT_NEAR(observed.feature.estimate().Z(), 2.5, 1e-12);
   EXPECT_EQ(observed.feature.estimate().sigma_chi, DepthPrior::kWideSigma_chi);
 }
@@ -353,6 +410,56 @@ TEST(FeaturePoint, setZWhileHiddenKeepsThePredictedPoint) {
   observed.hiddenFrame(kLateral);
   EXPECT_NEAR(observed.feature.estimate().Z(), 0.6, 1e-6);
   EXPECT_NEAR(observed.feature.get_x(), observed.point.x(), 1e-3);
+}
+
+TEST(FeaturePoint, theSameDepthAtEveryImageIsNoNewDepth) {
+  // The three idioms of ViSP programs that set Z with x and y.
+  using Measure = std::function<void(FeaturePoint&, const StillPoint&)>;
+  const Measure idioms[] = {
+      [](FeaturePoint& s, const StillPoint& p) { s.buildFrom(p.x(), p.y(), 3); },
+      [](FeaturePoint& s, const StillPoint& p) { s.set_xyZ(p.x(), p.y(), 3); },
+      [](FeaturePoint& s, const StillPoint& p) {
+        vpPoint point;
+        point.set_x(p.x());
+        point.set_y(p.y());
+        point.set_X(3 * p.x()), point.set_Y(3 * p.y()), point.set_Z(3);
+        vpFeatureBuilder::create(s, point);
+      }};
+  for (const Measure& measure : idioms) {
+    StillPoint point = StillPoint::at(-.1, .1, 1.2);
+    FeaturePoint s;
+    for (int k = 0; k < 90; ++k) {
+      if (k > 0) point.move(kLateral, kPeriod_s);
+      if (k % 10 != 5) measure(s, point);  // hidden now and then
+      s.observe(vispTwist(kLateral), kPeriod_s);
+    }
+    EXPECT_NEAR(s.estimate().Z(), 1.2, .03);
+    EXPECT_EQ(s.estimate().status, DepthStatus::valid);
+    EXPECT_EQ(s.depthsSet(), 80u);
+    EXPECT_EQ(s.restarts(), 0u);
+  }
+}
+
+TEST(FeaturePoint, aDepthOfTheUsersModelAtEveryImageStartsAnewOnlyWhenItJumps) {
+  ObservedFeature observed(StillPoint::at(-.1, .1, 1.2), 2);
+  FeaturePoint& s = observed.feature;
+  const auto frame = [&](double Z_model) {
+    observed.point.move(kLateral, kPeriod_s);
+    observed.measure();
+    s.set_Z(Z_model);
+    s.observe(vispTwist(kLateral), kPeriod_s);
+  };
+  for (int k = 0; k < 90; ++k) frame(2 + .3 * std::sin(k));
+  EXPECT_NEAR(s.estimate().Z(), 1.2, .03) << "the images are believed";
+  EXPECT_EQ(s.restarts(), 0u);
+  EXPECT_EQ(s.depthsSet(), 90u);
+  frame(.7);
+  EXPECT_EQ(s.restarts(), 1u);
+  EXPECT_NEAR(s.estimate().Z(), .7, 1e-6);
+  ::testing::internal::CaptureStdout();
+  s.print();
+  const std::string text = ::testing::internal::GetCapturedStdout();
+  EXPECT_NE(text.find("Z was set before 91 images"), std::string::npos) << text;
 }
 
 TEST(FeaturePoint, setDepthFusesAMeasurement) {
@@ -392,10 +499,12 @@ TEST(FeaturePoint, servoUsesABlendWithTheDesiredDepthWhileTheEstimateIsVague) {
   s.setDesiredDepth(.8);
   observed.frame({});
   EXPECT_NEAR(s.get_Z(), .8, .05) << "nothing is known yet";
-  EXPECT_GT(std::abs(s.get_Z() - s.estimate().Z()), 0.5);
+  EXPECT_LE(s.get_Z(), .8) << "and doubt never speeds the robot up";
   for (int i = 0; i < 90; ++i) {
     observed.frame(kLateral);
-    ASSERT_NEAR(s.get_Z(), blended(s.estimate(), .8), 1e-9);
+    const DepthEstimate& e = s.estimate();
+    const double limit = e.isDoubtful() ? std::max(.8, e.interval().low) : 100;
+    ASSERT_NEAR(s.get_Z(), std::min(blended(e, .8), limit), 1e-9);
   }
   EXPECT_NEAR(s.get_Z(), s.estimate().Z(), 0.01) << "no share of it once the depth is known";
 }
@@ -403,18 +512,119 @@ TEST(FeaturePoint, servoUsesABlendWithTheDesiredDepthWhileTheEstimateIsVague) {
 TEST(FeaturePoint, depthOfTheDesiredFeatureServesTheBlendUnlessOneIsGiven) {
   ObservedFeature observed(StillPoint::at(-.1, .1, 1.2), 2.5);
   FeaturePoint& s = observed.feature;
+  const auto used = [&](double Z_desired) {
+    return std::min(blended(s.estimate(), Z_desired), Z_desired);
+  };
   vpFeaturePoint s_star;
   s_star.buildFrom(0, 0, .7);
   s.error(s_star);
-  observed.frame(kLateral);
-  EXPECT_NEAR(s.get_Z(), blended(s.estimate(), .7), 1e-9);
+  observed.frame({});
+  EXPECT_NEAR(s.get_Z(), used(.7), 1e-9);
   s.setDesiredDepth(.9);
   s.error(s_star);
-  observed.frame(kLateral);
-  EXPECT_NEAR(s.get_Z(), blended(s.estimate(), .9), 1e-9);
+  observed.frame({});
+  EXPECT_NEAR(s.get_Z(), used(.9), 1e-9);
   for (double bad : {kNaN, kInf, 0.0, -1.0}) s.setDesiredDepth(bad);
-  observed.frame(kLateral);
-  EXPECT_NEAR(s.get_Z(), blended(s.estimate(), .9), 1e-9);
+  observed.frame({});
+  EXPECT_NEAR(s.get_Z(), used(.9), 1e-9);
+}
+
+TEST(FeaturePoint, aDesiredDepthThatNobodySetIsNone) {
+  ObservedFeature observed(StillPoint::at(-.1, .1, 1.2), 2.5);
+  FeaturePoint& s = observed.feature;
+  vpFeaturePoint taught;  // x and y alone, as from an image
+  taught.set_x(.1);
+  taught.set_y(.1);
+  s.error(taught);
+  observed.frame({});
+  EXPECT_NEAR(s.get_Z(), s.estimate().interval().low, 1e-9);
+  vpFeaturePoint stated;
+  stated.buildFrom(.1, .1, 1);  // the same depth, but said
+  s.error(stated);
+  observed.frame({});
+  EXPECT_NEAR(s.get_Z(), std::min(1., blended(s.estimate(), 1)), 1e-9);
+}
+
+TEST(FeaturePoint, withoutADesiredDepthTheServoIsNoFasterThanWithTheTrueOne) {
+  for (double guess : {1e-9, .01, .1, .5, 1.2, 5., 50., 1e9}) {
+    ObservedFeature observed(StillPoint::at(-.1, .1, 1.2), guess);
+    FeaturePoint& s = observed.feature;
+    for (int i = 0; i < 90; ++i) {
+      ASSERT_LT(s.get_Z(), 1.2 * (s.estimate().isDoubtful() ? 1 : 1.5)) << guess << ", " << i;
+      observed.frame(kLateral);
+    }
+    EXPECT_NEAR(s.get_Z(), 1.2, .03) << guess;
+  }
+}
+
+/// Greatest translational speed commanded in the first two seconds of a servo; Z* by the user or
+/// not.
+enum class Desired { inFeature, bySetter, none };
+template <class Feature>
+double fastest(const vpHomogeneousMatrix& cMo_start, double Z_star, Desired desired, double guess,
+               vpServo::vpServoIteractionMatrixType type) {
+  vpHomogeneousMatrix cMo = cMo_start;
+  Feature s[4];
+  vpFeaturePoint s_star[4];
+  vpServo task;
+  task.setServo(vpServo::EYEINHAND_CAMERA);
+  task.setInteractionMatrixType(type);
+  task.setLambda(.5);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const vpPoint goal = FourPointScene::at(i, vpHomogeneousMatrix(0, 0, Z_star, 0, 0, 0));
+    s_star[i].set_x(goal.get_x());
+    s_star[i].set_y(goal.get_y());
+    if (desired == Desired::inFeature) s_star[i].set_Z(goal.get_Z());
+    s[i].set_Z(guess);
+    if constexpr (std::is_same_v<Feature, FeaturePoint>) {
+      if (desired == Desired::bySetter) s[i].setDesiredDepth(goal.get_Z());
+    }
+    task.addFeature(s[i], s_star[i]);
+  }
+  vpColVector v(6, 0.);
+  double most = 0;
+  for (int k = 0; k < 60; ++k) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      const vpPoint p = FourPointScene::at(i, cMo);
+      s[i].set_x(p.get_x());
+      s[i].set_y(p.get_y());
+      if constexpr (std::is_same_v<Feature, FeaturePoint>) {
+        s[i].observe(v, kPeriod_s);
+      } else {
+        s[i].set_Z(guess > 0 ? guess : p.get_Z());  // 0: the truth
+      }
+    }
+    v = task.computeControlLaw();
+    most = std::max(most, std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+    cMo = vpExponentialMap::direct(v, kPeriod_s).inverse() * cMo;
+  }
+  return most;
+}
+
+TEST(FeaturePoint, noFirstCommandIsTooFastWhateverTheGuess) {
+  struct Start {
+    vpHomogeneousMatrix cMo;
+    double Z_star;
+  };
+  const Start starts[] = {{vpHomogeneousMatrix(.12, -.08, 1.2, .1, -.2, .4), .6},
+                          {vpHomogeneousMatrix(-.2, .1, .5, 0, .2, -.3), .9}};
+  for (const Start& start : starts) {
+    const auto plain = [&](double Z) {
+      return fastest<vpFeaturePoint>(start.cMo, start.Z_star, Desired::inFeature, Z,
+                                     vpServo::CURRENT);
+    };
+    const double right = plain(0), desired = plain(start.Z_star);
+    for (double guess : {1e-9, .02, .2, 1., 4., 30., 1e4, 1e9}) {
+      SCOPED_TRACE(testing::Message() << "guess " << guess << ", Z* " << start.Z_star);
+      for (const Desired by : {Desired::inFeature, Desired::bySetter}) {
+        EXPECT_LT(fastest<FeaturePoint>(start.cMo, start.Z_star, by, guess, vpServo::CURRENT),
+                  2 * std::max(right, desired));
+      }
+      EXPECT_LT(
+          fastest<FeaturePoint>(start.cMo, start.Z_star, Desired::none, guess, vpServo::CURRENT),
+          2 * right);
+    }
+  }
 }
 
 TEST(FeaturePoint, setNoiseWidensSigma) {

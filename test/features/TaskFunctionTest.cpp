@@ -7,12 +7,9 @@
 #include "depthservo/features/TaskFunction.h"
 #include "depthservo/robots/FreeCamera.h"
 #include "depthservo/robots/PanUnicycle.h"
+#include "depthservo/visp/using.h"
 #include "support/MatrixMatchers.h"
 #include "support/StillPoint.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

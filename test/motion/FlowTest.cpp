@@ -5,13 +5,10 @@
 #include <limits>
 
 #include "depthservo/motion/Flow.h"
+#include "depthservo/visp/using.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
 #include "support/StillPoint.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

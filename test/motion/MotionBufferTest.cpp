@@ -131,7 +131,8 @@ TEST(MotionBuffer, namesEveryReasonWhyItDoesNotKnow) {
 }
 
 TEST(MotionBuffer, everyCoverageHasItsOwnWords) {
-  const std::vector<Coverage> all{Coverage::complete, Coverage::empty, Coverage::beforeStart,
+  const std::vector<Coverage> all{Coverage::complete, Coverage::hole,    Coverage::ended,
+                                  Coverage::refused,  Coverage::empty,   Coverage::beforeStart,
                                   Coverage::afterEnd, Coverage::reversed};
   for (Coverage a : all) {
     EXPECT_STRNE(toString(a), "");
@@ -214,7 +215,11 @@ TEST(MotionBuffer, findsItsRowsHoweverUnevenTheirPeriods) {
       rows.push_back({t, random.twist(1, 1)});
       t += std::pow(10, random.uniform(-4, 1));
     }
-    const MotionBuffer buffer = bufferOf(rows);
+    MotionBuffer buffer;
+    for (const TwistRow& row : rows) {
+      buffer.push(row.time_s, row.twist);
+      buffer.holdUntil(kInf);  // however long
+    }
     for (int k = 0; k < 20; ++k) {
       const double at = random.uniform(rows.front().time_s, rows.back().time_s);
       const double h = 1e-9;
@@ -293,11 +298,105 @@ RC_GTEST_PROP(MotionBufferLaws, aMotionIsThatOfItsParts, ()) {
   const double end = buffer.end();
   const double middle = start + (end - start) * *rc::gen::inRange(0, 1000) * 1e-3;
   const auto whole = buffer.motion(start, end);
-  RC_ASSERT(whole.coverage == Coverage::complete);
+  RC_ASSERT(hasMotion(whole.coverage));
   const Motion parts = buffer.motion(start, middle).motion.then(buffer.motion(middle, end).motion);
   RC_ASSERT((parts.R - whole.motion.R).cwiseAbs().maxCoeff() < 1e-11);
   RC_ASSERT((parts.t - whole.motion.t).cwiseAbs().maxCoeff() < 1e-11);
   RC_ASSERT(std::abs(parts.dt - whole.motion.dt) < 1e-11);
+  RC_ASSERT(std::abs(parts.unknown.duration_s - whole.motion.unknown.duration_s) < 1e-11);
+  RC_ASSERT(std::abs(parts.unknown.distance_m - whole.motion.unknown.distance_m) < 1e-11);
+  RC_ASSERT(std::abs(parts.unknown.angle_rad - whole.motion.unknown.angle_rad) < 1e-11);
+}
+
+// ---- motion that is not known ----
+
+/// Rows at 50 Hz over [0, 1) and [from, from + 1), forward at 0.5 m/s.
+MotionBuffer withHole(double from) {
+  MotionBuffer buffer;
+  for (double start : {0., from}) {
+    for (int i = 0; i < 50; ++i) buffer.push(start + .02 * i, forward(.5));
+  }
+  return buffer;
+}
+
+TEST(MotionBuffer, rowsAtMostFourPeriodsApartLeaveNoHole) {
+  // The last row of the first part begins at 0.98 s.
+  EXPECT_EQ(withHole(.98 + .079).coverage(.5, 1.5), Coverage::complete);
+  EXPECT_EQ(withHole(.98 + .081).coverage(.5, 1.5), Coverage::hole);
+}
+
+TEST(MotionBuffer, fastRowsMayBeFortyMillisecondsApart) {
+  const auto apart = [](double gap) {
+    MotionBuffer buffer;
+    for (int i = 0; i < 1000; ++i) buffer.push(.001 * i + (i > 500 ? gap : 0), forward(1));
+    return buffer.coverage(.4, .6);
+  };
+  EXPECT_EQ(apart(.0385), Coverage::complete);
+  EXPECT_EQ(apart(.0395), Coverage::hole) << "0.0405 s from row to row";
+}
+
+TEST(MotionBuffer, inAHoleTheCameraMayGoAsFarAsTheBoundsAllow) {
+  MotionBuffer buffer = withHole(3);
+  buffer.setBounds({2, .5, 1.5, 3});
+  const auto [motion, coverage] = buffer.motion(.5, 3.5);
+  ASSERT_EQ(coverage, Coverage::hole);
+  EXPECT_NEAR(motion.dt, 3, 1e-12);
+  EXPECT_NEAR(motion.t.z(), -.5 * (.5 + .5), 1e-12) << "the row before holds for one period";
+  EXPECT_NEAR(motion.unknown.duration_s, 2, 1e-12);
+  // From 0.5 m/s up by 0.5 m/s^2 for 2 s; from 0 rad/s up by 3 rad/s^2 for 0.5 s, then 1.5 rad/s.
+  EXPECT_NEAR(motion.unknown.distance_m, .5 * 2 + .5 * .5 * 4, 1e-12);
+  EXPECT_NEAR(motion.unknown.angle_rad, .5 * 3 * .25 + 1.5 * 1.5, 1e-12);
+  EXPECT_NEAR(buffer.unknownSince(.5, 3.5), 1, 1e-12);
+  EXPECT_NEAR(buffer.unknownSince(2, 2.5), 1, 1e-12) << "however late one asks";
+  EXPECT_EQ(buffer.coverage(2, 2), Coverage::hole);
+  EXPECT_EQ(buffer.coverage(3, 3.9), Coverage::complete);
+  EXPECT_TRUE(std::isnan(buffer.unknownSince(3, 3.9)));
+  EXPECT_EQ(buffer.meanTwist(.5, 3.5).twist.linear.norm(), 0) << "nothing is known of it";
+}
+
+TEST(MotionBuffer, odometryThatEndsIsLateFirstAndUnknownAfterFourPeriods) {
+  MotionBuffer buffer;
+  for (int i = 0; i < 50; ++i) buffer.push(.02 * i, forward(.5));
+  EXPECT_EQ(buffer.coverage(.5, .999), Coverage::complete);
+  EXPECT_EQ(buffer.coverage(.5, 1.05), Coverage::afterEnd);
+  EXPECT_EQ(buffer.motion(.5, 1.05).motion.dt, 0) << "its successor may still come";
+  const auto [motion, coverage] = buffer.motion(.5, 1.07);
+  EXPECT_EQ(coverage, Coverage::ended);
+  EXPECT_NEAR(motion.unknown.duration_s, .07, 1e-12);
+  EXPECT_NEAR(buffer.unknownSince(.5, 7), 1, 1e-12);
+  EXPECT_NEAR(buffer.motion(5, 7).motion.unknown.duration_s, 2, 1e-12);
+  EXPECT_GT(buffer.motion(5, 7).motion.unknown.distance_m, 1.99) << "at full speed by then";
+}
+
+TEST(MotionBuffer, aRowOfWhichMoreIsKnownLeavesNoHole) {
+  MotionBuffer buffer;
+  for (int i = 0; i < 20; ++i) buffer.push(.02 * i, forward(1));
+  buffer.push(.4, forward(2));
+  buffer.holdUntil(2);
+  buffer.push(2, forward(1));
+  buffer.push(2.02, forward(1));
+  const auto [motion, coverage] = buffer.motion(0, 2);
+  EXPECT_EQ(coverage, Coverage::complete);
+  EXPECT_NEAR(motion.t.z(), -(.4 + 3.2), 1e-12);
+}
+
+TEST(MotionBuffer, unknownMotionCanBeTold) {
+  MotionBuffer buffer;
+  EXPECT_TRUE(buffer.push(0, forward(.5)));
+  buffer.holdUntil(.1);
+  EXPECT_TRUE(buffer.pushUnknown(.1));
+  EXPECT_TRUE(buffer.pushUnknown(.2)) << "still";
+  EXPECT_FALSE(buffer.pushUnknown(.05));
+  EXPECT_FALSE(buffer.pushUnknown(kNaN));
+  EXPECT_EQ(buffer.coverage(0, .3), Coverage::refused);
+  EXPECT_NEAR(buffer.unknownSince(0, .3), .1, 1e-12);
+  EXPECT_TRUE(buffer.push(.3, forward(1)));
+  buffer.holdUntil(.4);
+  const auto [motion, coverage] = buffer.motion(0, .4);
+  EXPECT_EQ(coverage, Coverage::refused);
+  EXPECT_NEAR(motion.t.z(), -(.05 + .1), 1e-12);
+  EXPECT_NEAR(motion.unknown.duration_s, .2, 1e-12);
+  EXPECT_EQ(buffer.coverage(.3, .4), Coverage::complete);
 }
 
 }  // namespace

@@ -7,12 +7,9 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "depthservo/motion/Motion.h"
+#include "depthservo/visp/using.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {
@@ -214,6 +211,32 @@ RC_GTEST_PROP(MotionLaws, theSameTwistForTwoTimesIsThatTwistForTheirSum, ()) {
   const Twist u = a.twist();
   const Motion halves = Motion::fromTwist(u, 0.3 * a.dt).then(Motion::fromTwist(u, 0.7 * a.dt));
   RC_ASSERT((matrix(halves) - matrix(a)).cwiseAbs().maxCoeff() < 1e-11);
+}
+
+TEST(UnknownMotion, growsByAccelerationThenAtFullSpeedAndPartsAddUp) {
+  UnknownMotion bounds;
+  bounds.speed_mps = 1;
+  bounds.acceleration_mps2 = 2;
+  const Twist last{{.6, 0, 0}, {0, 0, 0}};  // full speed after 0.2 s
+  EXPECT_NEAR(bounds.over(last, 0, .2).distance_m, .16, 1e-12);
+  EXPECT_NEAR(bounds.over(last, 0, 1).distance_m, .16 + .8, 1e-12);
+  EXPECT_NEAR(bounds.over(last, .1, .7).distance_m + bounds.over(last, 0, .1).distance_m,
+              bounds.over(last, 0, .7).distance_m, 1e-12);
+  const Twist faster{{3, 0, 0}, {0, 0, 0}};
+  EXPECT_NEAR(bounds.over(faster, 0, 2).distance_m, 6, 1e-12) << "it may go on as it was";
+  bounds.acceleration_mps2 = 0;
+  EXPECT_NEAR(bounds.over(last, 0, .5).distance_m, .5, 1e-12) << "any acceleration";
+}
+
+TEST(Motion, whatIsUnknownAddsUpAndMustBeFinite) {
+  const Motion unknown = Motion::notKnown({.5, .2, .1});
+  const Motion both = Motion::fromTwist({{.1, 0, 0}, {0, 0, .1}}, 1).then(unknown).then(unknown);
+  EXPECT_NEAR(both.dt, 2, 1e-15);
+  EXPECT_NEAR(both.unknown.duration_s, 1, 1e-15);
+  EXPECT_NEAR(both.unknown.distance_m, .4, 1e-15);
+  EXPECT_NEAR(both.unknown.angle_rad, .2, 1e-15);
+  EXPECT_TRUE(both.isUsable());
+  EXPECT_FALSE(Motion::notKnown({.5, std::nan(""), 0}).isUsable());
 }
 
 }  // namespace

@@ -761,7 +761,7 @@ TEST(VisualMotionObserver, lateOdometryLeavesEverythingUntilItHasArrived) {
   drive.see();
   drive.move(cameraTwist(0), .1);
   const Eigen::Isometry3d before = drive.observer.cMo();
-  EXPECT_EQ(drive.observer.advance(drive.odometry, 5), Coverage::afterEnd);
+  EXPECT_EQ(drive.observer.advance(drive.odometry, .12), Coverage::afterEnd);
   EXPECT_EQ(drive.observer.advance(drive.odometry, -1), Coverage::reversed);
   EXPECT_EQ(drive.observer.advance(drive.odometry, std::nan("")), Coverage::reversed);
   EXPECT_EQ(drive.observer.time(), .1);

@@ -24,21 +24,26 @@ class UnpluggedCamera : public ImageSource {
   UnpluggedCamera(const PinholeCamera& camera, const DotTarget& plate, std::size_t images)
       : camera_(camera, plate), images_(images) {}
 
-  bool next(TimedImage& image) override {
-    if (taken_ == images_) return false;
+  ImageStatus next(TimedImage& image) override {
+    if (taken_ == images_) return ImageStatus::ended;
     image.time_s = static_cast<double>(taken_) / kRate - (taken_ == setBackAt ? 0.5 : 0);
     SyntheticView view;
     view.cMo.translation() =
         Eigen::Vector3d(0.1 - kSpeed * static_cast<double>(taken_) / kRate, 0, 1.2);
     camera_.render(view, image.image);
+    if (taken_ >= smallerFrom) image.image.resize(60, 80);
     ++taken_;
-    return true;
+    if (taken_ == skippedAt) return ImageStatus::skipped;
+    return ImageStatus::image;
   }
   bool isLive() const override { return true; }
-  std::string whyEnded() const override {
-    return taken_ == images_ ? "the camera gives no more images" : "";
+  std::string reason() const override {
+    return taken_ == images_     ? "the camera gives no more images"
+           : taken_ == skippedAt ? "the image is torn"
+                                 : "";
   }
-  std::size_t setBackAt = ~std::size_t{0};
+  std::size_t setBackAt = ~std::size_t{0}, skippedAt = ~std::size_t{0},
+              smallerFrom = ~std::size_t{0};
 
  private:
   SyntheticCamera camera_;
@@ -81,6 +86,35 @@ TEST_F(LiveTest, leaves_out_an_image_whose_clock_was_set_back) {
   EXPECT_TRUE(std::any_of(log.events.begin(), log.events.end(), [](const Event& event) {
     return event.what.find("not later than the one before") != std::string::npos;
   }));
+}
+
+TEST_F(LiveTest, leaves_out_an_image_that_cannot_be_used_and_says_why) {
+  UnpluggedCamera camera(options_.camera, options_.target.target, 60);
+  camera.skippedAt = 25;
+  TwistStream twists(folder_ / "twists");
+  const RunLog log = live(options_, camera, &twists);
+  EXPECT_EQ(log.frames.size(), 59u);
+  const auto told = std::find_if(log.events.begin(), log.events.end(), [](const Event& event) {
+    return event.what == "the image is torn";
+  });
+  ASSERT_NE(told, log.events.end());
+  EXPECT_NEAR(told->time_s, 23 / kRate, 1e-9);
+}
+
+TEST_F(LiveTest, keeps_its_log_when_the_camera_changes_the_size_of_its_images) {
+  UnpluggedCamera camera(options_.camera, options_.target.target, 300);
+  camera.smallerFrom = 30;
+  TwistStream twists(folder_ / "twists");
+  const RunLog log = live(options_, camera, &twists);
+  EXPECT_EQ(log.frames.size(), 30u);
+  ASSERT_EQ(log.images.size(), 2u);
+  EXPECT_EQ(log.images[1].second.size(), 320u * 240u);
+  EXPECT_NE(log.reason.find("320x240"), std::string::npos) << log.reason;
+  EXPECT_NE(log.reason.find("80x60"), std::string::npos) << log.reason;
+  const auto told = std::count_if(log.events.begin(), log.events.end(), [&](const Event& event) {
+    return event.what.find("80x60") != std::string::npos;
+  });
+  EXPECT_EQ(told, 2);  // when it began, and the reason of the end
 }
 
 TEST_F(LiveTest, is_less_sure_of_its_depths_when_the_focal_length_is_not) {

@@ -11,11 +11,8 @@
 #include "depthservo/scenario/run.h"
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/simulation/SyntheticCamera.h"
+#include "depthservo/visp/using.h"
 #include "support/TemporaryFolder.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

@@ -3,14 +3,11 @@
 
 #include "depthservo/robots/FreeCamera.h"
 #include "depthservo/robots/OmniBase.h"
+#include "depthservo/visp/using.h"
 #include "support/CameraRobots.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
 #include "support/StillPoint.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

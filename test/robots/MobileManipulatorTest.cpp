@@ -3,13 +3,10 @@
 #include <cmath>
 
 #include "depthservo/robots/MobileManipulator.h"
+#include "depthservo/visp/using.h"
 #include "support/CameraRobots.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

@@ -4,13 +4,10 @@
 #include <limits>
 
 #include "depthservo/robots/PanUnicycle.h"
+#include "depthservo/visp/using.h"
 #include "support/CameraRobots.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

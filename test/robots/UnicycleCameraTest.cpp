@@ -7,12 +7,9 @@
 
 #include "depthservo/features/cameraTwist.h"
 #include "depthservo/robots/UnicycleCamera.h"
+#include "depthservo/visp/using.h"
 #include "support/MatrixMatchers.h"
 #include "support/Random.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

@@ -52,7 +52,7 @@ std::string shipped(const std::string& name) {
 TEST_F(ScenarioTest, every_shipped_scenario_is_read) {
   int count = 0;
   for (const auto& entry : fs::recursive_directory_iterator(shipped(""))) {
-    if (entry.is_directory()) continue;
+    if (entry.path().extension() != ".yaml") continue;
     const Scenario scenario = Scenario::load(entry.path());
     EXPECT_EQ(scenario.name, entry.path().stem());
     EXPECT_TRUE(scenario.expect.has_value());
@@ -137,7 +137,7 @@ TEST_F(ScenarioTest, overrides_are_applied_in_order_and_make_missing_sections) {
 
 TEST_F(ScenarioTest, the_effective_configuration_is_a_scenario_itself) {
   for (const auto& entry : fs::recursive_directory_iterator(shipped(""))) {
-    if (entry.is_directory()) continue;
+    if (entry.path().extension() != ".yaml") continue;
     const std::string json = Scenario::load(entry.path()).toJson();
     EXPECT_EQ(load(json).toJson(), json);
   }
@@ -173,12 +173,26 @@ TEST_F(ScenarioTest, the_effective_configuration_has_every_key) {
   }
 }
 
-TEST_F(ScenarioTest, every_key_stands_in_the_documentation) {
-  std::ifstream file(std::string(DEPTHSERVO_DATA) + "/../doc/formats.md");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  for (const std::string& key : Scenario::keys()) {
-    EXPECT_NE(text.find("`" + key + "`"), std::string::npos) << key;
-  }
+TEST_F(ScenarioTest, the_run_json_of_a_run_is_a_scenario) {
+  const std::string configuration = loadWith({"control.gain=0.3"}).toJson();
+  const std::string head = R"({"command": "run", "name": "x", "metrics": {}, "configuration": )";
+  EXPECT_EQ(load(head + configuration + "}").toJson(), configuration);
+  EXPECT_EQ(load(head + configuration + "}", {"control.gain=0.4"}).control.gain, 0.4);
+  EXPECT_TRUE(isRefusal(refusal(R"({"command": "replay", "configuration": {"prior_Z": 1}})"),
+                        {"s.yaml", "configuration", "replay"}));
+}
+
+TEST_F(ScenarioTest, keys_of_another_type_of_target_are_refused) {
+  EXPECT_TRUE(isRefusal(refusal(kMinimal, {"target.family=36h11"}),
+                        {"--set target.family=36h11", "target.type: apriltag"}));
+  EXPECT_TRUE(isRefusal(refusal(kMinimal, {"target.tags=[{id: 0, size: 0.2}]"}),
+                        {"target.tags", "target.type: apriltag"}));
+  EXPECT_TRUE(isRefusal(
+      refusal(kMinimal, {"target={type: apriltag, radius: 0.02, tags: [{id: 0, size: 0.2}]}"}),
+      {"target.radius", "target.type: dots"}));
+  EXPECT_TRUE(isRefusal(refusal(kMinimal, {"sensing.tracker=apriltag"}),
+                        {"sensing.tracker", "target.type"}));
+  EXPECT_EQ(loadWith({"sensing.tracker=dots"}).toJson(), loadWith({}).toJson());
 }
 
 struct BrokenScenario {
@@ -304,7 +318,7 @@ INSTANTIATE_TEST_SUITE_P(
         BrokenScenario{"one_depth_of_an_estimator_that_has_none",
                        "initial: 3}",
                        "initial: 3, object: true}",
-                       {":10: depth.object", "needs depth.estimator: nonlinear, not filter"}},
+                       {":10: depth.object", "needs the estimator nonlinear, not filter"}},
         BrokenScenario{"joints_of_a_unicycle",
                        "theta: 0}\n  goal",
                        "theta: 0, joints: [0, 1, 0]}\n  goal",
@@ -329,6 +343,10 @@ INSTANTIATE_TEST_SUITE_P(
                        kDepth,
                        kDepth + "sensing: {hidden: [{from: 3, to: 4, points: [3]}]}\n",
                        {":11: sensing.hidden", "no point 3", "0 to 2"}},
+        BrokenScenario{"hidden_points_far_off",
+                       kDepth,
+                       kDepth + "sensing: {hidden: [{from: 3, to: 4, points: [0, 99]}]}\n",
+                       {":11: sensing.hidden", "no point 99", "0 to 2"}},
         BrokenScenario{"exposure",
                        kDepth,
                        kDepth + "sensing: {exposure: 0.04}\n",
@@ -388,10 +406,14 @@ TEST_F(ScenarioTest, any_text_gives_a_sane_scenario_or_an_input_error) {
   EXPECT_LT(accepted, 550);
 }
 
-TEST(EstimatorNameTest, names_of_this_version_are_accepted_elsewhere_too) {
-  EXPECT_EQ(availableEstimator("true", {"--estimator", 0, ""}), EstimatorKind::trueDepth);
+TEST(EstimatorNameTest, names_of_scenarios_are_accepted_elsewhere_too) {
+  EXPECT_EQ(estimatorNamed("true", {"--estimator", 0, ""}), EstimatorKind::trueDepth);
   EXPECT_STREQ(toString(EstimatorKind::twoFrame), "two-frame");
-  EXPECT_EQ(availableEstimator("pose", {"--estimator", 0, ""}), EstimatorKind::pose);
+  EXPECT_EQ(estimatorNamed("pose", {"--estimator", 0, ""}), EstimatorKind::pose);
+  EXPECT_TRUE(isRefusal(inputErrorOf([] {
+                          estimatorNamed("fliter", {"--estimator", 0, ""});
+                        }),
+                        {"--estimator", "'fliter'", "nearest is 'filter'"}));
 }
 
 }  // namespace

@@ -151,6 +151,8 @@ TEST_F(SequenceTest, images_elsewhere_are_found_in_the_folder_and_below_visp_inp
   remove("tracks.csv");
   remove("truth.csv");
   remove("depth.txt");
+  remove("twist.csv");
+  remove("groundtruth.txt");
   test::TemporaryFolder data;
   fs::create_directories(data / "ViSP-images/run-1");
   data.write("ViSP-images/run-1/i3.pgm", kPgm);
@@ -375,6 +377,72 @@ TEST_F(SequenceTest, colour_images_become_gray) {
   cv::imwrite(folder_ / "c.png", cv::Mat(6, 8, CV_8UC3, cv::Scalar(10, 100, 200)));  // B, G, R
   folder_.write("rgb.txt", "100.1 c.png\n");
   EXPECT_NEAR(open().readImage(0)[3][3], 0.299 * 200 + 0.587 * 100 + 0.114 * 10, 1);
+}
+
+TEST_F(SequenceTest, images_of_12_bits_are_stretched_and_this_is_said) {
+  cv::imwrite(folder_ / "c.png", cv::Mat(6, 8, CV_16U, cv::Scalar(3000)));
+  cv::imwrite(folder_ / "d16.png", cv::Mat(6, 8, CV_16U, cv::Scalar(4000)));
+  folder_.write("rgb.txt", "100.1 c.png\n100.2 d16.png\n");
+  const Sequence s = open();
+  EXPECT_EQ(int(s.readImage(0)[0][0]), 187);  // of 4095
+  EXPECT_EQ(int(s.readImage(1)[5][7]), 249);
+  EXPECT_TRUE(isRefusal(s.warnings().at(0), {"c.png", "12 are used", "4095", "image_bits: 16"}));
+  const std::string settings = folder_.read("sequence.yaml");
+  folder_.write("sequence.yaml", settings + "image_bits: 16\n");
+  EXPECT_EQ(int(open().readImage(0)[0][0]), 12);
+  EXPECT_TRUE(open().warnings().empty());
+  folder_.write("sequence.yaml", settings + "image_bits: 11\n");
+  EXPECT_TRUE(isRefusal(refusal(), {"c.png", "3000", "11 of 16 bits", "image_bits"}));
+  folder_.write("sequence.yaml", settings + "image_bits: 17\n");
+  EXPECT_TRUE(isRefusal(refusal(), {"sequence.yaml:5: image_bits", "[8, 16]"}));
+}
+
+TEST_F(SequenceTest, an_image_of_16_bits_among_those_of_8_is_refused) {
+  cv::imwrite(folder_ / "c.png", cv::Mat(6, 8, CV_16U, cv::Scalar(60000)));
+  folder_.write("rgb.txt", "100.1 a.pgm\n100.2 c.png\n");
+  EXPECT_TRUE(isRefusal(refusal(), {"c.png", "16 bits", "image_bits"}));
+}
+
+TEST_F(SequenceTest, is_refused_when_no_image_falls_in_the_time_of_the_motion) {
+  folder_.write("twist.csv", "timestamp,vx,vy,vz,wx,wy,wz\n7,1,2,3,4,5,6\n8,0,0,0,0,0,0\n");
+  EXPECT_TRUE(isRefusal(refusal(), {"twist.csv", "100.1 to 100.2 s", "odometry from 7 to 9 s"}));
+  remove("twist.csv");
+  folder_.write("groundtruth.txt", "900 1 2 3 0 0 0 1\n900.1 1 2 3 0 0 0 1\n");
+  EXPECT_TRUE(isRefusal(refusal(), {"100.2 s", "ground truth from 900 to 900.2 s", "clock"}));
+}
+
+TEST_F(SequenceTest, tells_how_clocks_fit_together) {
+  folder_.write("twist.csv",
+                "timestamp,vx,vy,vz,wx,wy,wz\n99,1,2,3,4,5,6\n99.01,0,0,0,0,0,0\n"
+                "99.02,0,0,0,0,0,0\n100.15,0,0,0,0,0,0\n");
+  const Sequence s = open();
+  ASSERT_TRUE(s.clocks());
+  ASSERT_EQ(s.clocks()->holes.size(), 1u);
+  EXPECT_EQ(s.clocks()->holes[0].from_s, 99.02);
+  EXPECT_TRUE(isRefusal(s.warnings().back(), {"no odometry from 99.02 to 100.15 s"}));
+  remove("twist.csv");
+  remove("groundtruth.txt");
+  EXPECT_FALSE(open().clocks());
+}
+
+TEST_F(SequenceTest, a_lens_that_is_no_pinhole_is_refused_whatever_its_coefficients) {
+  for (const char* model : {"equidistant", "fisheye", "kannala_brandt4", "fov"}) {
+    std::string camera = replaced(kCamera, "plumb_bob", model);
+    for (const bool hasCoefficients : {true, false}) {
+      if (!hasCoefficients) {
+        const std::size_t first = camera.find("distortion_coeff");
+        camera.erase(first, camera.find("rectification") - first);
+      }
+      folder_.write("camera.yaml", camera);
+      EXPECT_TRUE(
+          isRefusal(refusal(), {"camera.yaml:5: distortion_model", model, "plumb_bob", "zeros"}))
+          << camera;
+    }
+  }
+  for (const char* model : {"radtan", "rational_polynomial", "none"}) {
+    folder_.write("camera.yaml", replaced(kCamera, "plumb_bob", model));
+    EXPECT_EQ(refusal(), "") << model;
+  }
 }
 
 TEST(OdometryFromPosesTest, leads_from_pose_to_pose) {

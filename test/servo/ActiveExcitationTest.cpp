@@ -214,8 +214,11 @@ TEST(ActiveExcitation, ends_when_the_depths_are_known) {
   for (const Event& event : log.events) {
     if (event.what.find("active excitation") == 0) excitation.push_back(event.what);
   }
-  ASSERT_EQ(excitation.size(), 2u);
-  EXPECT_NE(excitation[1].find("ended"), std::string::npos);
+  // It may begin anew once: without it the noise of the odometry makes a known depth vague again.
+  ASSERT_TRUE(excitation.size() == 2 || excitation.size() == 4) << excitation.size();
+  for (std::size_t i = 1; i < excitation.size(); i += 2) {
+    EXPECT_NE(excitation[i].find("ended"), std::string::npos) << excitation[i];
+  }
 }
 
 TEST(ActiveExcitation, is_silent_when_the_depths_are_known) {

@@ -9,10 +9,7 @@
 
 #include "depthservo/features/FeaturePointGroup.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
-
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo {
 namespace {

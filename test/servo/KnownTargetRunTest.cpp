@@ -9,6 +9,7 @@
 
 #include "depthservo/report/Metrics.h"
 #include "depthservo/rig/RecordedRig.h"
+#include "depthservo/scenario/observationOf.h"
 #include "depthservo/scenario/run.h"
 #include "support/InputErrors.h"
 #include "support/TemporaryFolder.h"
@@ -167,7 +168,7 @@ TEST(MovingTarget, replay_of_a_recorded_run_gives_the_same_depths) {
   const Scenario s = Scenario::load(scenario("moving-target"), swinging({"duration=4"}));
   const RunLog recorded = record(s, sequence);
   const Sequence read(sequence);
-  const RunLog replayed = replay(read, ObservationOptions::of(read));
+  const RunLog replayed = replay(read, observationOf(read));
   ASSERT_EQ(replayed.frames.size(), recorded.frames.size());
   for (std::size_t k = 0; k < replayed.frames.size(); ++k) {
     for (std::size_t i = 0; i < 4; ++i) {
@@ -324,7 +325,7 @@ TEST(RefusedReplay, pose_needs_a_target) {
   s.control.desired.clear();
   record(s, sequence);
   const Sequence read(sequence);
-  ObservationOptions options = ObservationOptions::of(read);
+  ObservationOptions options = observationOf(read);
   options.depth.estimator = EstimatorKind::pose;
   EXPECT_TRUE(test::isRefusal(test::inputErrorOf([&] { replay(read, options); }),
                               {"known target", "at least four points"}));

@@ -189,7 +189,7 @@ control: {law: profile, profile: [{until: 0.8, v: [0.3, 0, 0.1, 0, 0, 0]},
           {until: )" + std::to_string(1.2 + away_s) +
                                 R"(, v: [0, 0, 0, 0, -4, 0]}, {until: 60}]}
 )");
-    return run(Scenario::load(folder_ / "s.yaml"));
+    return depthservo::run(Scenario::load(folder_ / "s.yaml"));
   }
   test::TemporaryFolder folder_;
 };

@@ -47,7 +47,7 @@ class ServoLoopTest : public testing::Test {
  protected:
   RunLog run(const std::string& text, const std::vector<std::string>& overrides = {}) const {
     folder_.write("s.yaml", text);
-    return run(Scenario::load(folder_ / "s.yaml", overrides));
+    return depthservo::run(Scenario::load(folder_ / "s.yaml", overrides));
   }
   test::TemporaryFolder folder_;
 };

@@ -91,6 +91,58 @@ inline SimulatedRun simulate(const Trajectory& trajectory, std::vector<Eigen::Ve
   return run;
 }
 
+/// Noise of the odometry when it is `level` times the declared; its size follows the twist.
+inline OdometryNoise trueNoise(const OdometryNoise& declared, const Twist& twist, double level) {
+  return OdometryNoise::white(
+      level * std::max(declared.sigma_v, declared.relative_v * twist.linear.norm()),
+      level * std::max(declared.sigma_w, declared.relative_w * twist.angular.norm()),
+      declared.mode);
+}
+
+/// A robot drives straight at the four corners of a tag, 0.5 m/s from 3.2 m to 1 m, and slows down;
+/// the images are exact to 0.02 px.
+struct TagSequence {
+  static constexpr int kFrames = 151;
+  static constexpr double kSigma = 0.02 / 600, kGuess = 6;
+
+  static Twist twist(int k) { return {{0, 0, k < 120 ? .5 : .2}, {0, .02, 0}}; }
+  static std::vector<Eigen::Vector3d> points() {
+    constexpr double Z = 3.2;
+    return {{-.0375 * Z, -.0312 * Z, Z},
+            {.0249 * Z, -.0080 * Z, Z},
+            {.0249 * Z, .0313 * Z, Z},
+            {-.0375 * Z, .0313 * Z, Z}};
+  }
+
+  /// \param level true noise of the measured odometry / declared
+  static SimulatedRun simulate(const OdometryNoise& declared, double level, unsigned seed) {
+    Random random(seed);
+    SimulatedRun run;
+    for (int k = -2; k < kFrames; ++k) {
+      Twist noisy = twist(k);
+      const OdometryNoise noise = trueNoise(declared, noisy, level);
+      for (int i = 0; i < 3; ++i) {
+        noisy.linear[i] += noise.sigma_v * random.normal(1);
+        noisy.angular[i] += noise.sigma_w * random.normal(1);
+      }
+      run.twists.push_back(noisy);
+    }
+    std::vector<Eigen::Vector3d> now = points();
+    run.guesses.assign(now.size(), kGuess);
+    for (int k = 0; k < kFrames; ++k) {
+      run.measured.emplace_back();
+      run.chi.emplace_back();
+      for (Eigen::Vector3d& p : now) {
+        if (k > 0) p = moved(p, twist(k - 1), Trajectory::kPeriod_s);
+        run.measured.back().push_back({p.x() / p.z() + random.normal(kSigma),
+                                       p.y() / p.z() + random.normal(kSigma), kSigma});
+        run.chi.back().push_back(1 / p.z());
+      }
+    }
+    return run;
+  }
+};
+
 /// Cramer-Rao bound of sigma_Z / Z of the first point, by frame.
 inline std::vector<double> boundOf(const Trajectory& trajectory,
                                    const std::vector<Eigen::Vector3d>& points,
@@ -116,15 +168,16 @@ struct Trace {
   std::vector<double> chi, variance;
 };
 
-inline Trace filtered(const SimulatedRun& run, const InverseDepthFilterOptions& options) {
+inline Trace filtered(const SimulatedRun& run, const InverseDepthFilterOptions& options,
+                      std::size_t point = 0) {
   InverseDepthFilter filter(options, {1e-3, 1e6});
   Trace trace;
   for (std::size_t k = 0; k < run.measured.size(); ++k) {
     if (k == 0) {
-      filter.reset(run.measured[0][0], {run.guesses[0]});
+      filter.reset(run.measured[0][point], {run.guesses[point]});
     } else {
       filter.predict(Motion::fromTwist(run.twist(static_cast<int>(k)), Trajectory::kPeriod_s));
-      filter.correct(run.measured[k][0]);
+      filter.correct(run.measured[k][point]);
     }
     const double sigma = filter.estimate().sigma_chi;
     trace.chi.push_back(filter.chi());
@@ -156,11 +209,13 @@ inline Trace filtered(const SimulatedRun& run, PointSetEstimator& estimator) {
 /// Accuracy over many runs.
 class Statistics {
  public:
-  void add(const SimulatedRun& run, const Trace& trace) {
+  void add(const SimulatedRun& run, const Trace& trace, std::size_t point = 0) {
     for (std::size_t i = 0; i < kCheckpointCount; ++i) {
       const auto k = static_cast<std::size_t>(kCheckpoints[i]);
       if (k >= trace.chi.size()) continue;
-      const double error = trace.chi[k] - run.chi[k][0], relative = error / run.chi[k][0];
+      const double truth = run.chi[k][point], error = trace.chi[k] - truth;
+      const double relative = error / truth;
+      mean_[i] += error / std::sqrt(trace.variance[k]);
       squared_[i] += relative * relative;
       nees_[i] += error * error / trace.variance[k];
       covered_[i] += error * error <= 4 * trace.variance[k];
@@ -168,7 +223,7 @@ class Statistics {
     }
     int settled = 0;  // first frame from which on Z is within 5 %
     for (std::size_t k = 0; k < trace.chi.size(); ++k) {
-      const bool isNear = std::abs(run.chi[k][0] / trace.chi[k] - 1) <= 0.05;
+      const bool isNear = std::abs(run.chi[k][point] / trace.chi[k] - 1) <= 0.05;
       if (!isNear) settled = static_cast<int>(k) + 1;
     }
     settled_.push_back(settled);
@@ -176,6 +231,7 @@ class Statistics {
   }
 
   double rmse(std::size_t i) const { return std::sqrt(squared_[i] / runs_); }
+  double meanOverSigma(std::size_t i) const { return mean_[i] / runs_; }  ///< of the error of chi
   double nees(std::size_t i) const { return nees_[i] / runs_; }
   double coverage(std::size_t i) const { return covered_[i] / runs_; }
   double worst() const { return worst_; }
@@ -186,7 +242,7 @@ class Statistics {
   }
 
  private:
-  double squared_[kCheckpointCount] = {}, nees_[kCheckpointCount] = {};
+  double mean_[kCheckpointCount] = {}, squared_[kCheckpointCount] = {}, nees_[kCheckpointCount] = {};
   double covered_[kCheckpointCount] = {}, runs_ = 0, worst_ = 0;
   std::vector<int> settled_;
 };

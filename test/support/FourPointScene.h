@@ -11,11 +11,9 @@
 #include <functional>
 #include <vector>
 
-namespace depthservo::test {
+#include "depthservo/visp/using.h"
 
-#ifdef VISP_NAMESPACE_NAME
-using namespace VISP_NAMESPACE_NAME;
-#endif
+namespace depthservo::test {
 
 constexpr double kPeriod_s = 1.0 / 30;
 

@@ -7,11 +7,8 @@
 #include <stdexcept>
 
 #include "depthservo/simulation/SyntheticCamera.h"
+#include "depthservo/visp/using.h"
 #include "support/Poses.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {

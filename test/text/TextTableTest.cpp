@@ -99,6 +99,64 @@ INSTANTIATE_TEST_SUITE_P(
         BrokenTable{"megabyte_line", kHeader + std::string(1 << 20, '1'), {":2:", "longer"}}),
     [](const auto& param) { return std::string(param.param.name); });
 
+TEST_F(TextTableTest, asks_for_the_unit_that_the_size_of_a_time_suggests) {
+  const auto refusal = [&](const std::string& time) {
+    return inputErrorOf([&] { readCsv(kHeader + time + ",0,1\n"); });
+  };
+  EXPECT_TRUE(isRefusal(refusal("1700000000123"), {":2: timestamp", "is it milliseconds?"}));
+  EXPECT_TRUE(isRefusal(refusal("1700000000123456"), {":2: timestamp", "is it microseconds?"}));
+  EXPECT_TRUE(isRefusal(refusal("1.7e18"), {":2: timestamp", "is it nanoseconds?"}));
+  EXPECT_EQ(refusal("-1e12").find("is it"), std::string::npos);
+}
+
+TEST_F(TextTableTest, of_spaces_may_have_commas_or_semicolons_line_by_line) {
+  const std::vector<double> expected = {1.5, 0, 2, 1.5, 1, 0.25};
+  for (const char* content :
+       {"1.5,0,2\n1.5,1,0.25\n", "1.5, 0, 2\n1.5 , 1 , 0.25\n", "1.5;0;2\n1.5; 1 ;0.25\n",
+        "1.5 0 2\n1.5\t,1,.25\n", "# Zeit; id; Z\r\n1.5;0;2\r\n1.5 1 0.25\r\n",
+        "timestamp,id,Z\n1.5,0,2\n1.5,1,.25\n", "timestamp id Z [m]\n1.5 0 2\n1.5 1 .25\n"}) {
+    EXPECT_EQ(read(content, TextTable::Style::spaces), expected) << content;
+  }
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { read("1,5 0 2\n", TextTable::Style::spaces); }),
+                        {":1:", "missing column"}));
+}
+
+TEST_F(TextTableTest, of_spaces_may_have_commas_in_a_path) {
+  folder_.write("t.csv", "1 a,b.png\n2,c d.png\n");
+  TextTable table(folder_ / "t.csv", TextTable::Style::spaces, {"timestamp", "path"});
+  ASSERT_TRUE(table.next());
+  EXPECT_EQ(table.text(1), "a,b.png");
+  ASSERT_TRUE(table.next());
+  EXPECT_EQ(table.text(1), "c d.png");
+}
+
+TEST_F(TextTableTest, understands_the_order_of_poses_in_any_header) {
+  const auto refusal = [&](const std::string& header) {
+    folder_.write("t.csv", header + "\n0 0 0 0 0 0 0 1\n");
+    return inputErrorOf([&] {
+      TextTable table(folder_ / "t.csv", TextTable::Style::spaces,
+                      {"timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"});
+      table.next();
+    });
+  };
+  for (const char* header :
+       {"# time x y z w x y z", "#time,px,py,pz,rw,rx,ry,rz",
+        "# t [s] p_x [m] p_y [m] p_z [m] Q_W [] Q_X [] Q_Y [] Q_Z []",
+        "# stamp position.x position.y position.z orientation.w orientation.x orientation.y "
+        "orientation.z",
+        "# t qx qy qz qw tx ty tz", "# t tx ty tz q0 q1 q2 q3", "# t x y z qr qi qj qk",
+        "time;tx;ty;tz;qw;qx;qy;qz",
+        "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], "
+        "q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []"}) {
+    EXPECT_TRUE(isRefusal(refusal(header), {"t.csv:1:", "order", "qx qy qz qw"})) << header;
+  }
+  for (const char* header :
+       {"# timestamp tx ty tz qx qy qz qw", "# t[s], x(m), y(m), z(m), q_x, q_y, q_z, q_w",
+        "# poses of the camera, w last", "# t x y z qi qj qk qr", "time tx ty tz qx qy qz qw"}) {
+    EXPECT_EQ(refusal(header), "") << header;
+  }
+}
+
 TEST_F(TextTableTest, refuses_equal_times_where_time_must_increase) {
   folder_.write("t.csv", "1 a\n1 b\n");
   TextTable table(folder_ / "t.csv", TextTable::Style::spaces, {"timestamp", "path"});

@@ -12,11 +12,8 @@
 
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/DotTracker.h"
+#include "depthservo/visp/using.h"
 #include "support/Poses.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 namespace depthservo {
 namespace {
@@ -200,6 +197,76 @@ TEST(DotTracker, a_dot_that_is_missing_at_first_starts_later) {
   EXPECT_EQ(ids(tracker.track(shot(square(), viewOf(cMo)), {})), Ids({0, 1, 2, 3}));
 }
 
+/// Two dots of a radius side by side, `gap_px` between their outlines, the first at the middle.
+DotTarget pair(double radius_px, double gap_px) {
+  const double metres = kZ / 600;
+  return {{{0, 0, 0}, {(2 * radius_px + gap_px) * metres, 0, 0}}, radius_px * metres};
+}
+
+/// The image with a part of the first dot painted over, so that it cannot be measured.
+Image halved(Image image, double radius_px) {
+  for (int v = 0; v < static_cast<int>(image.getHeight()); ++v) {
+    for (int u = 319; u > 319 - 2 * radius_px; --u) image[v][u] = 220;
+  }
+  return image;
+}
+
+TEST(DotTracker, never_starts_on_a_neighbour_while_a_blob_lies_under_the_start) {
+  for (const double radius_px : {6.0, 9.0, 20.0}) {
+    const DotTarget both = pair(radius_px, 3);
+    const Image image = halved(shot(both, viewOf(shifted(0, 0))), radius_px);
+    // The neighbour is whole, and found by one who means it.
+    const auto truth = centres(both, shifted(0, 0));
+    EXPECT_EQ(DotTracker({truth[1]}).track(image, {}).size(), 1u) << radius_px;
+    for (const Eigen::Vector2d& off : {Eigen::Vector2d(1, 0), {2, 1}, {-1, -2}}) {
+      DotTracker tracker({truth[0] + off});
+      EXPECT_TRUE(tracker.track(image, {}).empty()) << radius_px << ", " << off.transpose();
+      const Points later = tracker.track(shot(single(both.radius), viewOf(shifted(0, 0))), {});
+      EXPECT_EQ(ids(later), Ids({0}));
+      expectTrue(later, truth, 0.05);
+    }
+  }
+}
+
+TEST(DotTracker, never_starts_beside_a_blob_of_two_that_touch) {
+  DotTarget three = pair(10, -2);
+  three.points.emplace_back(0, 24 * kZ / 600, 0);
+  const auto truth = centres(three, shifted(0, 0));
+  const Image image = shot(three, viewOf(shifted(0, 0)));
+  DotTracker tracker({truth[0], truth[2]});
+  const Points points = tracker.track(image, {});
+  EXPECT_EQ(ids(points), Ids({1}));
+  expectTrue(points, {truth[0], truth[2]}, 0.05);
+}
+
+TEST(DotTracker, is_not_found_again_on_a_neighbour_while_a_part_of_it_is_in_view) {
+  const double radius_px = 8;
+  const DotTarget both = pair(radius_px, 4), alone = single(both.radius);
+  const auto truth = centres(both, shifted(0, 0));
+  for (const int hiddenFor : {0, 1, 20}) {
+    DotTracker tracker({truth[0]});
+    ASSERT_EQ(tracker.track(shot(alone, viewOf(shifted(0, 0))), {}).size(), 1u);
+    for (int k = 0; k < hiddenFor; ++k) tracker.track(Image(480, 640, 220), {});
+    for (int k = 0; k < 5; ++k) {
+      const Image image = halved(shot(both, viewOf(shifted(0, 0))), radius_px);
+      EXPECT_TRUE(tracker.track(image, {{0, truth[0].x(), truth[0].y(), 1}}).empty());
+    }
+    EXPECT_EQ(tracker.track(shot(alone, viewOf(shifted(0, 0))), {}).size(), 1u);
+  }
+}
+
+TEST(DotTracker, a_start_beside_a_dot_on_a_small_plate_is_no_start_on_the_plate) {
+  Image image(480, 640, 40);
+  const Image plate = shot(single(), viewOf(shifted(0, 0)));
+  for (int v = 180; v < 300; ++v) {
+    for (int u = 250; u < 390; ++u) image[v][u] = plate[v][u];
+  }
+  DotTracker tracker({{340, 257}});
+  const Points points = tracker.track(image, {});
+  EXPECT_EQ(ids(points), Ids({0}));
+  expectTrue(points, centres(single(), shifted(0, 0)), 0.05);
+}
+
 TEST(DotTracker, polarity_is_as_asked_or_found_out) {
   SyntheticCameraOptions light;
   std::swap(light.background, light.dot);
@@ -265,6 +332,8 @@ TEST(DotTracker, senseless_set_ups_are_refused) {
   DotTarget bent = square();
   bent.points[2].z() = 0.01;
   EXPECT_THROW(DotTracker{bent}, std::invalid_argument);
+  EXPECT_THROW(DotTracker{square(0.0801)}, std::invalid_argument);  // its dots overlap
+  EXPECT_NO_THROW(DotTracker{square(0.0799)});
   DotTrackerOptions options;
   options.most_radius_px = 1000;
   EXPECT_THROW(DotTracker(square(), options), std::invalid_argument);
@@ -417,6 +486,61 @@ TEST(DotTracker, a_hidden_dots_id_never_goes_to_its_neighbour) {
   }
 }
 
+/// The image by `gain` times as much light.
+Image lit(Image image, double gain) {
+  for (unsigned i = 0; i < image.getSize(); ++i) {
+    image.bitmap[i] = static_cast<unsigned char>(std::min(255.0, gain * image.bitmap[i]));
+  }
+  return image;
+}
+
+TEST(DotTracker, dots_are_found_again_after_the_light_was_switched) {
+  SyntheticCameraOptions noisy;
+  noisy.gray_noise = 1;
+  for (const auto& [first, then] : {std::pair(1.0, 0.35), {1.0, 0.5}, {0.4, 1.0}, {0.3, 1.1}}) {
+    const auto cMo = shifted(0, 0);
+    const auto truth = centres(square(), cMo);
+    const Image image = shot(square(), viewOf(cMo), noisy);
+    DotTracker tracker(truth);
+    ASSERT_EQ(tracker.track(lit(image, first), {}).size(), 4u);
+    int images = 0;
+    for (Points points; points.size() < 4 && images < 30; ++images) {
+      points = tracker.track(lit(image, then), {});
+      expectTrue(points, truth, 0.05);
+    }
+    EXPECT_LE(images, 20) << first << " -> " << then;
+    EXPECT_EQ(tracker.track(lit(image, then), {}).size(), 4u);
+  }
+}
+
+TEST(DotTracker, dots_stay_while_the_light_fades_and_returns) {
+  const auto cMo = shifted(0, 0);
+  DotTracker tracker(centres(square(), cMo));
+  for (int k = 0; k <= 80; ++k) {
+    const double gain = std::pow(0.2, 1 - std::abs(k - 40) / 40.0);
+    const Points points = tracker.track(lit(shot(square(), viewOf(cMo)), gain), {});
+    EXPECT_EQ(points.size(), 4u) << k;
+    expectTrue(points, centres(square(), cMo), 0.1);
+  }
+}
+
+TEST(DotTracker, nothing_is_found_in_place_of_dots_that_stay_hidden_under_switched_light) {
+  const SyntheticCamera camera(kCamera, square());
+  const auto cMo = shifted(0, 0);
+  const auto truth = centres(square(), cMo);
+  SyntheticCameraOptions noisy;
+  noisy.gray_noise = 3;
+  DotTracker tracker(truth);
+  ASSERT_EQ(tracker.track(shot(square(), viewOf(cMo), noisy), {}).size(), 4u);
+  for (int k = 0; k < 100; ++k) {
+    SyntheticView view = viewOf(cMo, {*camera.occluderOf(cMo, 1)});
+    view.frame = static_cast<std::uint64_t>(k);
+    const Points points = tracker.track(lit(shot(square(), view, noisy), k < 50 ? 0.4 : 1), {});
+    for (const auto& p : points) EXPECT_NE(p.id, 1);
+    expectTrue(points, truth, 0.1);
+  }
+}
+
 TEST(DotTracker, nothing_is_printed) {
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
@@ -512,6 +636,22 @@ TEST(DotTracker, a_square_plate_turned_by_a_quarter_is_read_upright) {
   const Points points = tracker.track(shot(square(0.01), viewOf(cMo)), {});
   ASSERT_EQ(points.size(), 4u);
   expectTrue(points, centres(square(0.01), poseAt({0, 0, 0.6})), 0.05);
+}
+
+TEST(DotTracker, a_plate_whose_dot_may_be_either_of_two_is_waited_for) {
+  const DotTarget plate = square(0.01);
+  DotTarget doubled = plate;
+  doubled.points.emplace_back(0.08 + 26 * kZ / 600, 0.08, 0);  // beside dot 2, 6 px between them
+  const auto truth = centres(plate, shifted(0, 0));
+  Image image = shot(doubled, viewOf(shifted(0, 0)));
+  DotTracker tracker(plate);
+  EXPECT_TRUE(tracker.track(image, {}).empty());
+  // Neither when the dot itself is partly hidden, and so no measured one.
+  for (int v = 300; v < 340; ++v) image[v][static_cast<int>(truth[2].x()) - 6] = 220;
+  EXPECT_TRUE(tracker.track(image, {}).empty());
+  const Points points = tracker.track(shot(plate, viewOf(shifted(0, 0))), {});
+  EXPECT_EQ(ids(points), Ids({0, 1, 2, 3}));
+  expectTrue(points, truth, 0.05);
 }
 
 TEST(DotTracker, a_plate_shown_only_in_part_is_waited_for) {

@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <random>
 #include <set>
 #include <stdexcept>
 
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/KltTracker.h"
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
+#include "depthservo/visp/using.h"
 
 namespace depthservo {
 namespace {
@@ -170,6 +168,56 @@ TEST(KltTracker, a_blank_moment_is_survived_and_given_up_points_do_not_return) {
   tracker.giveUp(id);
   for (const TrackedPoint& p : tracker.track(wall.shot({0, 0, 0}), {})) EXPECT_NE(p.id, id);
   EXPECT_EQ(std::count(tracker.retired().begin(), tracker.retired().end(), id), 1);
+}
+
+TEST(KltTracker, the_noise_of_flat_and_of_saturated_images_shows_no_corners) {
+  std::mt19937 random(3);
+  for (const double level : {60.0, 128.0, 253.0, 262.0}) {
+    for (const double noise : {1.0, 3.0, 8.0}) {
+      std::normal_distribution<double> pixel(level, noise);
+      Image image(240, 320);
+      KltTracker tracker;
+      for (int k = 0; k < 5; ++k) {
+        for (unsigned i = 0; i < image.getSize(); ++i) {
+          image.bitmap[i] = static_cast<unsigned char>(std::clamp(pixel(random), 0.0, 255.0));
+        }
+        EXPECT_TRUE(tracker.track(image, {}).empty()) << level << ", " << noise;
+      }
+    }
+  }
+}
+
+TEST(KltTracker, corners_are_chosen_beside_a_flat_part_and_not_in_it) {
+  Wall wall;
+  KltTracker tracker(options());
+  std::mt19937 random(3);
+  std::normal_distribution<double> pixel(120, 2);
+  for (int k = 0; k < 8; ++k) {
+    Image image = wall.shot({0.002 * k, 0, 0});
+    for (unsigned v = 0; v < image.getHeight(); ++v) {
+      for (unsigned u = 160; u < image.getWidth(); ++u) {
+        image[v][u] = static_cast<unsigned char>(pixel(random));
+      }
+    }
+    const auto points = tracker.track(image, {});
+    EXPECT_GE(points.size(), 20u);
+    for (const TrackedPoint& p : points) EXPECT_LT(p.u, 160 + 8);
+  }
+}
+
+TEST(KltTracker, the_places_of_lost_points_are_taken_at_once) {
+  Wall wall;
+  KltTracker tracker(options());
+  const std::size_t first = tracker.track(wall.shot({0, 0, 0}), {}).size();
+  std::size_t points = 0;
+  // Somewhere else of a sudden: four images, one for each quarter.
+  for (int k = 0; k < 4; ++k) points = tracker.track(wall.shot({0.8, 0.3, 0}), {}).size();
+  EXPECT_GE(points, first * 7 / 10);
+  EXPECT_LE(points, 80u);
+  // The old ones, found again, and the new ones are never more than were asked for.
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_LE(tracker.track(wall.shot({0, 0, 0}), {}).size(), 80u);
+  }
 }
 
 TEST(KltTracker, options_out_of_range_are_refused) {

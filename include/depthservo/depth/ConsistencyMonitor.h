@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -32,8 +33,10 @@ struct ConsistencyMonitorOptions {
 /// The evidence is self-normalised: it keeps its meaning when the declared noise is wrong or shared
 /// by all points. Of the causes with enough of it, the one that explains most is named. Causes:
 /// images late against the odometry; gyro bias (3 axes); focal length; target moving with constant
-/// velocity (3 axes). Beside these: the share of rejected measurements (outliers), and a mean NIS
-/// out of its band for another reason (noise).
+/// velocity (3 axes). Where most of what is wrong stays unexplained and many measurements are
+/// rejected, the motion is not that of these images (frame, sign, unit, clock). Beside these: the
+/// share of rejected measurements (outliers), and a mean NIS out of its band for another reason
+/// (noise). A verdict over too few values is no agreement: noData.
 ///
 /// No allocation but in `message()`; contract as for PointSetEstimator.
 class ConsistencyMonitor {
@@ -48,11 +51,18 @@ class ConsistencyMonitor {
     movingTarget,  ///< size: speed [m/s]
     outliers,      ///< size: share of rejected measurements [-]
     noise,         ///< size: mean NIS / 2; above 1: more noise than declared
+    motion,  ///< the motion does not explain the images at all; size: share of rejected ones [-]
+    frame,   ///< the same, and explained by other axes or signs of the motion
+    clock,   ///< the same, and explained by another clock; size: odometry is early by this [s]
+    unit,    ///< the same, and explained by another unit; size: factor for the motion [-]
+    poseConvention,  ///< the same, and explained by poses of another convention
+    noData,          ///< too few measurements could be compared; size: their number
   };
 
-  /// As printed: none | latency | gyro-bias | focal-length | moving-target | outliers | noise.
+  /// As printed: none | latency | gyro-bias | focal-length | moving-target | outliers | noise |
+  /// motion | frame | clock | unit | pose-convention | no-data.
   static const char* toString(Cause cause);
-  /// Unit of the size: "s", "rad/s", "m/s" or "" for ratios.
+  /// Unit of the size: "s", "rad/s", "m/s" or "" for ratios and numbers.
   static const char* unitOf(Cause cause);
 
   struct Diagnosis {
@@ -61,6 +71,7 @@ class ConsistencyMonitor {
     double evidence = 0;        ///< [sigma]; for outliers and noise: how far out of the band
     double meanNis = 2;         ///< over the window; 2 is expected
     int values = 0;             ///< in that mean
+    int rejected = 0;           ///< measurements of the window beyond the gate, not in the mean
     Cause rival = Cause::none;  ///< another that explains nearly as much: motion tells them apart
 
     /// The cause with its evidence and what to do, in one sentence.
@@ -82,8 +93,25 @@ class ConsistencyMonitor {
   /// The points measured in the image taken now.
   void correct(const std::vector<PointObservation>& observations);
 
+  /// Forgets a point whose id will not come again.
+  void retire(int id);
+
+  /// Starts every point anew with its next measurement: the motion since the last is not known.
+  /// What was learnt of the causes stays.
+  void forgetPoints() { size_ = 0; }
+
   /// What is wrong at present.
   Diagnosis diagnosis() const;
+
+  /// Over all images since the start.
+  struct Total {
+    int accepted = 0, rejected = 0;  ///< measurements
+    double meanNis = 2;              ///< of all, each at most kCappedNis
+    double rejectedShare() const { return rejected / std::max(1., double(accepted) + rejected); }
+  };
+  static constexpr double kCappedNis = 100;
+  static constexpr int kFewestValues = 20;  ///< measurements without which there is no verdict
+  Total total() const;
 
   /// Factor >= 1 for reported variances: mean NIS / 2 while that is above its band. While a wrong
   /// model is the cause, or most measurements are rejected, those count too.
@@ -113,9 +141,13 @@ class ConsistencyMonitor {
   void predictSlot(Slot& slot, const Motion& motion);
   void correctSlot(Slot& slot, const PointMeasurement& measurement);
   void startSlot(Slot& slot, const PointMeasurement& measurement, const DepthPrior& prior);
+  Image windowed() const;
   Nis windowedNis() const;
+  void countRejected(double nis);
   Fit fitted(int first, int count) const;
   Diagnosis judged() const;
+  double judgeModel(Diagnosis& d) const;
+  void judgeNoise(Diagnosis& d) const;
 
   Options options_;
   DepthPrior prior_;
@@ -131,6 +163,8 @@ class ConsistencyMonitor {
   Vector sum_ = Vector::Zero();
   Square square_ = Square::Zero(), information_ = Square::Zero();
   double measured_ = 0, rejected_ = 0;  // with forgetting
+  double far_ = 0, excess_ = 0;         // the same: beyond the gate; sum of weighted NIS - 2
+  Image all_;                           // since the start, each NIS capped
   double above_s_ = 0, below_s_ = 0;    // how long the mean NIS has been out of its band
 
   Diagnosis latest_;   // of the last image

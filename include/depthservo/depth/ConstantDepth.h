@@ -23,6 +23,7 @@ class ConstantDepth : public DepthEstimator {
 
   DepthRange range_;
   DepthEstimate estimate_;
+  bool isMotionKnown_ = true;  // of the last motion
 };
 
 }  // namespace depthservo

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <iosfwd>
 
 #include "depthservo/motion/Flow.h"
 
@@ -28,11 +29,19 @@ enum class DepthStatus {
   converging,  ///< being learnt; sigma_Z is not below 10 % of Z yet
   valid,       ///< sigma_Z below 10 % of Z
   unexcited,   ///< the camera's motion carries no information on this depth; Z and sigma are kept
-  coasting,    ///< not measured at present (hidden); predicted from the camera's motion
+  coasting,    ///< not measured at present (hidden); predicted from the camera's motion. Or the
+               ///< motion is not known at present: nothing is learnt, and sigma grows
   rejected,    ///< the last measurement contradicted the prediction and was not used
   lost,        ///< behind the camera, or predicted too vaguely to be of use
 };
 const char* toString(DepthStatus status);
+std::ostream& operator<<(std::ostream& out, DepthStatus status);
+
+/// The status of an estimate while the camera's motion is not known.
+inline DepthStatus whileMotionIsUnknown(DepthStatus status) {
+  return status == DepthStatus::unset || status == DepthStatus::lost ? status
+                                                                     : DepthStatus::coasting;
+}
 
 /// Relative sigma of a depth below which it is called valid.
 constexpr double kValidRelativeSigma = 0.1;
@@ -87,9 +96,31 @@ struct DepthEstimate {
   };
   /// The depths within two sigma: [1/(chi + 2 sigma), 1/(chi - 2 sigma)].
   Interval interval() const;
+
+  /// Whether sigma_chi is above half of chi: a robot that trusted Z() might be many times too fast.
+  bool isDoubtful() const { return sigma_chi > 0.5 * chi; }
+
+  /// The depth with which a servo is no faster than with the true one: while it is doubtful the
+  /// near end of the interval [m]. What a servo does is slow in proportion to the depth it is
+  /// given.
+  double cautiousZ() const { return isDoubtful() ? interval().low : Z(); }
 };
 
-/// The estimate after a motion without a measurement: point and sigma follow the exact flow.
+/// Standard deviations of a point and its inverse depth.
+struct PointSigmas {
+  double xy = 0;   ///< of x and of y [-]
+  double chi = 0;  ///< [1/m]
+};
+
+/// Those after a part of the motion that is not known. How far the camera may have gone counts as
+/// two sigma of any component, and as two sigma nearer for chi:
+///     1/(chi + 2 sigma') = 1/(chi + 2 sigma) - distance.
+/// sigma_chi grows to DepthPrior::kWideSigma_chi (or chi, if that is more) and no further. The sums
+/// of several parts and the whole give the same. \rtsafe
+PointSigmas widened(const PointSigmas& sigmas, const PointState& point, const UnknownPart& unknown);
+
+/// The estimate after a motion without a measurement: point and sigma follow the exact flow; where
+/// the motion is not known sigma grows and the status is `coasting`.
 /// Becomes `lost` (and stays in place) when the point passes behind the camera. \rtsafe
 DepthEstimate predicted(const DepthEstimate& estimate, const Motion& motion,
                         const DepthRange& range = {});

@@ -25,7 +25,9 @@ class DepthEstimator {
   virtual void reset(const PointMeasurement& measurement, const DepthPrior& prior) = 0;
 
   /// Follows the camera's motion since the last `predict`. Motions that are not usable
-  /// (`Motion::isUsable`) are ignored.
+  /// (`Motion::isUsable`) are ignored. Where the motion is unknown in part (`Motion::unknown`)
+  /// sigma grows as `widened` says, the status is `coasting`, measured or not, and the next
+  /// `correct` says where the point is, and nothing of its depth.
   virtual void predict(const Motion& motion) = 0;
 
   /// Corrects with the image taken now; refers to all motion since the last `correct`.

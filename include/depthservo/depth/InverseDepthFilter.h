@@ -35,11 +35,12 @@ namespace detail {
 
 /// One point of the filter: state, covariance, and what the last step says of it.
 struct FilterPoint {
-  enum class Phase : unsigned char { unset, measured, coasting, rejected, behind };
+  // adrift: the motion since the last measurement is not known
+  enum class Phase : unsigned char { unset, measured, coasting, adrift, rejected, behind };
 
   double x = 0, y = 0, chi = 1;                           // chi is not bounded
   double xx = 0, xy = 0, xc = 0, yy = 0, yc = 0, cc = 0;  // covariance, c is chi
-  double pull = 0;                                        // OdometryNoise::Step::pull, summed
+  double noise_t = 0, noise_xy = 0, bias = 0, levelSum = 2, levelWeight = 4;  // FilterBias
   double scale[3] = {0, 0, 0}, focal[3] = {0, 0, 0};      // d(error of x, y, chi) by either
   double parallax2 = 0;                                   // of the last motion [m^2]
   double r = 0;                                           // variance of the last measurement
@@ -69,11 +70,16 @@ struct FilterPoint {
 /// Measured odometry noise stands in the gain and in the innovation at once (errors in variables),
 /// which would pull chi to zero while the camera rests. Hence the entries d(x, y)/dchi of F that
 /// make the covariance are scaled by rho (OdometryNoise::Step): rest and pure rotation teach
-/// nothing. What pull is left is calculated and taken back while sigma_chi is below chi / 5.
+/// nothing. What bias is left is taken back as far as the innovations show the noise to be there;
+/// declared noise that is not there does not shift the depth. What they leave open of it is part of
+/// the reported sigma.
 ///
 /// Uncertainties that cannot be estimated (odometryScaleSigma, focalSigma) are considered (Schmidt
 /// 1966): the estimate is not touched, the sensitivity of its error to each is carried along, and
 /// reported variances contain sensitivity^2 sigma^2.
+///
+/// After a motion that is not known (`Motion::unknown`) the next measurement says where the point
+/// is, and nothing of its depth, whose sigma has grown (see `widened`).
 ///
 /// Status: `lost` behind the camera (the point then starts anew with its next measurement, keeping
 /// its depth as a guess) or predicted less precisely than lost_sigma; `unexcited` when the camera
@@ -101,7 +107,8 @@ class InverseDepthFilter : public DepthEstimator {
   void correctDepth(const DepthPrior& measured) override;
   DepthEstimate estimate() const override;
 
-  /// chi [1/m] without bounds and without anything considered: what the filter believes itself.
+  /// chi [1/m] without bounds and without anything considered, nor the uncertainty of the bias of
+  /// odometry noise: what the filter believes itself.
   double chi() const { return point_.chi; }
   double variance_chi() const { return point_.cc; }
 

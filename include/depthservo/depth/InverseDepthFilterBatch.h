@@ -64,8 +64,9 @@ struct alignas(64) InverseDepthFilterBatch::Block {
   static constexpr std::size_t kPoints = 8;
 
   double x[kPoints], y[kPoints], chi[kPoints];
-  double xx[kPoints], xy[kPoints], xc[kPoints], yy[kPoints], yc[kPoints], cc[kPoints],
-      pull[kPoints];
+  double xx[kPoints], xy[kPoints], xc[kPoints], yy[kPoints], yc[kPoints], cc[kPoints];
+  double noise_t[kPoints], noise_xy[kPoints], bias[kPoints], levelSum[kPoints],
+      levelWeight[kPoints];
   double parallax2[kPoints], r[kPoints];
   double scale[3][kPoints], focal[3][kPoints];
   int rejections[kPoints];

@@ -97,6 +97,7 @@ class NonlinearDepthObserver : public DepthEstimator {
 
   detail::LineVariance predictedVariance() const;
   bool isExcited() const;
+  void letDrift(const UnknownPart& unknown);
 
   Options options_;
   DepthRange range_;
@@ -114,7 +115,9 @@ class NonlinearDepthObserver : public DepthEstimator {
 
   double W_ = 0;  // excitation over the last motion [m/s]
   detail::ExcitationWindow window_;
-  int rejections_ = 0;  // in a row
+  int rejections_ = 0;         // in a row
+  bool isAdrift_ = false;      // the motion since the last measurement is not known
+  bool isMotionKnown_ = true;  // of the last motion
 };
 
 }  // namespace depthservo

@@ -66,8 +66,9 @@ class ObjectDepthObserver : public PointSetEstimator {
     double W = 0;                                 // excitation over the last motion [m/s]
     double odometryVariance = 0;                  // since then, of one image axis
     Eigen::Vector2d nu = Eigen::Vector2d::Zero();
-    bool isUsed = false;  // in the correction at hand
-    int rejections = 0;   // in a row
+    bool isUsed = false;    // in the correction at hand
+    int rejections = 0;     // in a row
+    bool isAdrift = false;  // the motion since it was measured is not known
 
     bool isFollowed() const { return phase != Phase::unset && phase != Phase::gone; }
   };
@@ -76,6 +77,7 @@ class ObjectDepthObserver : public PointSetEstimator {
   Point* findOrAdd(int id);
   void predict(const Motion& motion);
   void forgetPoints();
+  void letDrift(const UnknownPart& unknown);
   void startObject(double measurementVariance);
   void start(Point& point, const PointMeasurement& measurement);
   void take(Point& point, const PointMeasurement& measurement);
@@ -101,6 +103,7 @@ class ObjectDepthObserver : public PointSetEstimator {
   detail::PoleMatchedGains gains_;
   double W_ = 0;  // over the last motion [m/s]
   detail::ExcitationWindow window_;
+  bool isMotionKnown_ = true;  // of the last motion
 };
 
 }  // namespace depthservo

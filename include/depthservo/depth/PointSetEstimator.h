@@ -40,9 +40,11 @@ class PointSetEstimator {
   virtual bool retire(int /*id*/) { return false; }
 
   /// Moves every point to the time of an image [s]. When the odometry does not cover the interval
-  /// the answer says why; `afterEnd` and `reversed` leave everything as it was (this image cannot
-  /// be used, a later one can), `beforeStart` and `empty` move the time and start all points anew,
-  /// keeping their depth as a guess: how the camera moved will never be known.
+  /// the answer says why: `hole`, `ended` and `refused` move the time with a motion that is unknown
+  /// in part (points coast, sigma grows as MotionBuffer::bounds allow, see `widened`); `afterEnd`
+  /// and `reversed` leave everything as it was (this image cannot be used, a later one can);
+  /// `beforeStart` and `empty` move the time and start all points anew, keeping their depth as a
+  /// guess: how the camera moved will never be known.
   virtual Coverage advance(const MotionBuffer& odometry, double time_s) = 0;
 
   /// Corrects with the points measured in the image at the time of the last `advance`.

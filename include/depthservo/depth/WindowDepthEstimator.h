@@ -51,6 +51,9 @@ struct WindowOptions {
 /// `converging`. Measurements that contradict a prediction are rejected; after `rejectionsInARow`
 /// the window starts anew there, for then the odometry has jumped.
 ///
+/// A motion that is not known cuts the window off: no image from before it is of use, and the depth
+/// held is kept as a measurement with the sigma that `widened` gives it.
+///
 /// sigma_chi covers the image noise. When the images fit worse than five sigma of the chi-square
 /// allow, it is enlarged accordingly (not with least squares, which has no such cost). It has no
 /// share for odometry errors, which scale Z: a translation 2 % too long gives Z 2 % too large.
@@ -92,6 +95,7 @@ class WindowDepthEstimator : public DepthEstimator {
   void takeImage(const PointMeasurement& measurement);
   void fitWindow();
   void publish(const Held& now);
+  void letDrift(const UnknownPart& unknown);
   DepthStatus measuredStatus() const;
 
   Options options_;
@@ -104,13 +108,14 @@ class WindowDepthEstimator : public DepthEstimator {
 
   WindowFit fit_;
   Held held_;
-  double sharpest_ = 0;     // least sigma_chi of a fit so far, propagated like held_
-  double vaguest_ = 0;      // sigma_chi of a point that is seen but not known [1/m]
-  bool isLearnt_ = false;   // held_ comes from a fit
-  bool isTaken_ = false;    // from the last one
-  Motion sinceNewest_;      // of the camera, since the newest image
-  DepthEstimate estimate_;  // now
-  int rejections_ = 0;      // in a row
+  double sharpest_ = 0;        // least sigma_chi of a fit so far, propagated like held_
+  double vaguest_ = 0;         // sigma_chi of a point that is seen but not known [1/m]
+  bool isLearnt_ = false;      // held_ comes from a fit
+  bool isTaken_ = false;       // from the last one
+  Motion sinceNewest_;         // of the camera, since the newest image
+  DepthEstimate estimate_;     // now
+  int rejections_ = 0;         // in a row
+  bool isMotionKnown_ = true;  // of the last motion
 };
 
 }  // namespace depthservo

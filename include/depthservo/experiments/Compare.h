@@ -25,6 +25,10 @@ struct ComparedEstimator {
   std::vector<double> error;       ///< relative error of Z, rms over the points [-]
   std::vector<double> sigma;       ///< sigma_Z / Z claimed, rms over the points [-]
   std::vector<double> difference;  ///< of Z from the reference, relative, rms over the points [-]
+  /// The same in 1/Z as medians over the points that are known for a second or longer: where points
+  /// come and go, young ones say nothing of an estimator.
+  std::vector<double> median_error, median_sigma, median_difference;
+  std::vector<double> within_5pct;  ///< share of these points with an error below 5 % [-]
   /// Images from a point's first one until its error stays below 5 %, greatest of the points;
   /// kUnknown: never.
   double frames_to_5pct = kUnknown;
@@ -41,6 +45,7 @@ struct Comparison {
   std::size_t points = 0;
   /// 1 sigma per axis told to the estimators; kUnknown: what the tracker says of each point [px]
   double pixelNoise_px = kUnknown;
+  bool pointsComeAndGo = false;    ///< then medians are shown
   bool hasTruth = false;           ///< without: only sigma and difference
   std::string reference;           ///< the estimator that `difference` refers to
   std::vector<double> time_s;      ///< of the images, from the first
@@ -67,6 +72,18 @@ std::string toJson(const Comparison& comparison);
 
 /// Cost per image of each estimator, as a JSON object, and relative to a cheap one.
 std::string timingJson(const Comparison& comparison);
+
+/// What is shown of an estimator: rms over the points or, where they come and go, medians.
+using ShownValues = std::vector<double> ComparedEstimator::*;
+struct ShownStatistic {
+  ShownValues error, sigma, difference;
+  std::string ofError, ofSigma, ofDifference;  ///< headings, with quantity and statistic
+};
+ShownStatistic shownStatistic(const Comparison& comparison);
+
+/// One sentence: which estimator is nearest to the truth and whose sigma is honest or, without
+/// truth, who claims least and how far they differ.
+std::string verdictOf(const Comparison& comparison);
 
 /// A share in per cent, as comparisons show it. \param unknown shown for what is not finite
 std::string percent(double share, const std::string& unknown);

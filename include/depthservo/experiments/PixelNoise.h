@@ -40,6 +40,12 @@ struct PixelNoise {
 /// is the range of those lines.
 class PixelNoiseMeter {
  public:
+  /// Where a point was in an image.
+  struct Sample {
+    std::size_t image;
+    Eigen::Vector2d pixel;
+  };
+
   static constexpr std::size_t kBlock = 30;  ///< images
   static constexpr std::size_t kLeast = 15;  ///< images of the last block, else it is left out
 
@@ -49,10 +55,6 @@ class PixelNoiseMeter {
   PixelNoise result() const;
 
  private:
-  struct Sample {
-    std::size_t image;
-    Eigen::Vector2d pixel;
-  };
   std::map<int, std::vector<Sample>> points_;
   std::size_t images_ = 0;
 };

@@ -59,11 +59,12 @@ class FeatureMoments : public DEPTHSERVO_VISP vpBasicFeature {
   /// From points whose depths are known equally well, e.g. those at the goal. \rtsafe
   void buildFrom(const std::vector<PointState>& points);
 
-  /// From the points of a group as its last `observe` left them. Before their first `observe`: as
+  /// From the points of a group as its last `observe` left them, at the depths that a task is given
+  /// (FeaturePoint::setServoDepth). Before their first `observe`: as
   /// set by the user. \rtsafe
   void update(const PointFeatures& points);
 
-  /// From estimates, weighted by their sigma_chi. \rtsafe
+  /// From estimates as they are, however vague, weighted by their sigma_chi. \rtsafe
   void update(const std::vector<DepthEstimate>& points);
 
   double get_xg() const { return s[0]; }

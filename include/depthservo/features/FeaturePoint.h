@@ -6,12 +6,17 @@
 #include <memory>
 
 #include "depthservo/depth/DepthEstimator.h"
+#include "depthservo/motion/ToldMotion.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
 
-/// Which depth a task is given: the estimate blended with the desired depth, or the estimate alone.
-enum class ServoDepth { blended, observed };
+/// Which depth a task is given.
+enum class ServoDepth {
+  blended,  ///< the estimate blended with the desired depth; cautious while the estimate is
+            ///< doubtful
+  observed  ///< the estimate as it is, however vague: the first commands may be many times too fast
+};
 
 /// A vpFeaturePoint that observes its own depth. In an existing ViSP loop the type changes and one
 /// line is new:
@@ -27,7 +32,11 @@ enum class ServoDepth { blended, observed };
 /// the first `observe` everything is exactly as with vpFeaturePoint.
 ///
 /// `set_Z` before the first `observe` is the guess; any guess will do. `set_Z` after it starts the
-/// depth anew there. `observe` without a new x and y predicts: the point is hidden, and (x, y)
+/// depth anew there, if it is new: the Z that was set last, set again (`buildFrom(x, y, Z)` at
+/// every image), is not. Where Z is set at image after image (`vpFeatureBuilder::create` from a
+/// vpPoint), only one that differs from the one before by more than half counts as new; the others
+/// are counted (`depthsSet`) and have no effect. What such a Z is worth `setDepth` can be told.
+/// `observe` without a new x and y predicts: the point is hidden, and (x, y)
 /// moves to where it must be, so that the servo goes on; likewise when the measurement is rejected.
 ///
 /// The task must use the features' own interaction matrix:
@@ -52,8 +61,10 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
 
   /// Takes the camera twist (6: vx vy vz wx wy wz [m/s, rad/s], camera frame) that was applied for
   /// dt [s] since the previous image, and the x and y set since then. A twist of another size, a
-  /// value that is not finite or dt <= 0 is counted (`refused`) and leaves the estimate as it was;
-  /// the next measurement then says where the point is, and nothing of its depth. \rtsafe
+  /// value that is not finite or dt <= 0 is counted (`refused`): the motion of that time (of the
+  /// last dt that could be used) is unknown. The depth coasts with a sigma that grows as
+  /// `setUnknownMotion` allows, measured or not, and measurements say where the point is, nothing
+  /// of its depth. \rtsafe
   void observe(const DEPTHSERVO_VISP vpColVector& twist, double dt);
 
   /// The same from the motion itself. \rtsafe
@@ -62,14 +73,20 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   /// Fuses a depth measured now, e.g. by a range sensor. \param Z, sigma_Z [m], > 0 \rtsafe
   void setDepth(double Z, double sigma_Z);
 
-  /// Depth at the goal [m]. While the observed depth is vague the servo uses a blend of both,
+  /// Depth at the goal, Z* [m]. While the observed depth is vague the servo uses a blend of both,
   /// weighted by their variances (that of the desired one being 0.7/Z); `estimate()` is never
-  /// blended. Without this call the depth of the desired feature met in `error` serves. \rtsafe
+  /// blended. Without this call the depth of the desired feature met in `error` serves, if it was
+  /// set: ViSP's default of 1 m says nothing. \rtsafe
   void setDesiredDepth(double Z);
 
-  /// What the servo is given while the observed depth is vague: the blend (default), or the
-  /// estimate as it is. \rtsafe
+  /// What the servo is given while the observed depth is vague. `blended` (default): while
+  /// `DepthEstimate::isDoubtful` no depth beyond the larger of Z* and the near end of the interval;
+  /// without Z* the near end alone. Doubt slows the robot down, never up. `observed`: the estimate
+  /// as it is. \rtsafe
   void setServoDepth(ServoDepth choice) { servoDepthChoice_ = choice; }
+
+  /// How the camera may move while its motion is unknown. \rtsafe
+  void setUnknownMotion(const UnknownMotion& bounds) { motion_.setBounds(bounds); }
 
   /// Image noise: standard deviation per axis [px], > 0. Default 8e-4 normalised (0.5 px at 600
   /// px). \rtsafe
@@ -84,7 +101,15 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   bool depthUnused() const { return depthUnused_; }
 
   /// Calls of `observe` whose twist or dt could not be used.
-  unsigned refused() const { return refused_; }
+  unsigned refused() const { return motion_.refused(); }
+
+  /// For how long, up to the last `observe`, the twists could not be used [s]; 0 while they can.
+  double unknownFor_s() const { return motion_.unknownFor_s(); }
+
+  /// Images since the first `observe` before which a depth was set, and those of them that started
+  /// the depth anew.
+  unsigned depthsSet() const { return depthsSet_; }
+  unsigned restarts() const { return restarts_; }
 
   void init() override;
   FeaturePoint* duplicate() const override;
@@ -107,7 +132,7 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
 
   /// What the user has set since the last `observe`.
   bool hasNewPoint() const { return flags[0] && flags[1]; }
-  bool hasNewDepth() const;
+  bool takesNewDepth();
   PointMeasurement measurement() const { return {s[0], s[1], sigma_}; }
 
   void start(const PointMeasurement& at, const DepthPrior& prior);
@@ -124,11 +149,17 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   double Z_written_;      // by `publish`; any other value was set by the user
   double Z_usable_;       // the last value that ViSP can use
   double Z_desired_ = 0;  // [m]; 0 when unknown
+  // Of a group: the mean of the desired depths that are known, and the largest ratio of a depth to
+  // its cautiousZ, so that depths in doubt keep their proportions.
+  double Z_desiredOfGroup_ = 0, cautionOfGroup_ = 1;
   ServoDepth servoDepthChoice_ = ServoDepth::blended;
   bool desiredIsGiven_ = false;  // by setDesiredDepth
-  bool isAdrift_ = false;        // the camera has moved in a way that nobody told
   bool interactionAsked_ = false, depthUnused_ = false;
-  unsigned refused_ = 0;
+  ToldMotion motion_;
+  double Z_told_;  // the last depth that the user has set [m]
+  bool wasDepthSet_ = false,
+       isDepthSetAlways_ = false;  // before the last image; at images in a row
+  unsigned depthsSet_ = 0, restarts_ = 0;
 };
 
 }  // namespace depthservo

@@ -32,8 +32,9 @@ class FeaturePointGroup : public PointFeatures {
   void observe(const Motion& motion);
 
   /// The same with odometry at its own rate: moves to the image of time [s] and takes the points
-  /// set since. When the odometry does not cover the interval the answer says so, and the features
-  /// keep their estimates. \rtsafe
+  /// set since. When the odometry does not cover the interval the answer says so: where it is only
+  /// late the features keep their estimates, where the motion will not be known (a hole, its end)
+  /// they coast as after a refused twist, as the odometry's own bounds allow. \rtsafe
   Coverage observe(const MotionBuffer& odometry, double time_s);
 
   /// The same, but the features are handed to the servo as predicted to `now_s`, for images that
@@ -44,12 +45,21 @@ class FeaturePointGroup : public PointFeatures {
   /// \rtsafe
   void setDepth(std::size_t i, double Z, double sigma_Z);
 
+  /// How the camera may move while its motion is unknown, for the overloads without odometry.
+  /// \rtsafe
+  void setUnknownMotion(const UnknownMotion& bounds) { odometry_.setBounds(bounds); }
+
+  /// As of FeaturePoint, for the overloads without odometry.
+  unsigned refused() const { return motion_.refused(); }
+  double unknownFor_s() const { return motion_.unknownFor_s(); }
+
   const PointSetEstimator& estimator() const { return *estimator_; }
 
  private:
   std::unique_ptr<PointSetEstimator> estimator_;
   std::vector<PointObservation> observations_;
   MotionBuffer odometry_;  // of the overloads without one
+  ToldMotion motion_;      // likewise
   double clock_s_ = 0;
 };
 

@@ -8,7 +8,9 @@
 namespace depthservo {
 
 /// Features that are views of the points 0..n-1 of a PointSetEstimator, as vpServo sees them. Their
-/// own `observe` does nothing. Must outlive the task, like ViSP's features. \rtsafe after
+/// own `observe` does nothing. While a depth is doubtful, and no Z* is known, all depths are scaled
+/// down alike (a task with depths out of proportion may not converge); where some features have a
+/// Z*, the others are given their mean. Must outlive the task, like ViSP's features. \rtsafe after
 /// construction
 class PointFeatures {
  public:

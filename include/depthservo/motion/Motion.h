@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "depthservo/motion/Twist.h"
+#include "depthservo/motion/UnknownMotion.h"
 
 namespace depthservo {
 
@@ -20,7 +21,8 @@ struct Motion {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();  ///< [m]
   double dt = 0.0;                              ///< duration [s]
-  double dt2 = 0.0;  ///< sum of the squared durations of its odometry rows [s^2]; scales noise
+  double dt2 = 0.0;       ///< sum of the squared durations of its odometry rows [s^2]; scales noise
+  UnknownPart unknown{};  ///< of dt; the camera stands still in it as far as R and t go
 
   /// Motion of a camera that keeps the twist for dt [s]: exact exponential, any angle.
   static Motion fromTwist(const Twist& twist, double dt);
@@ -29,10 +31,15 @@ struct Motion {
   static Motion fromPoses(const Eigen::Isometry3d& wMc_before, const Eigen::Isometry3d& wMc_now,
                           double dt);
 
-  /// This motion, then `next`: p = next.R (R p + t) + next.t. Durations add.
+  /// A motion of which nothing is known, lasting `part.duration_s`.
+  static Motion notKnown(const UnknownPart& part);
+
+  /// This motion, then `next`: p = next.R (R p + t) + next.t. Durations and what is
+  /// unknown add.
   Motion then(const Motion& next) const;
 
-  /// The motion back: `then(inverse())` is the identity with dt = 0. dt changes sign, dt2 does not.
+  /// The motion back: `then(inverse())` is the identity with dt = 0. dt changes sign, dt2 and
+  /// what is unknown do not.
   Motion inverse() const;
 
   /// The constant twist that makes this motion in dt (logarithm of SE(3)); unique for rotations
@@ -41,7 +48,8 @@ struct Motion {
 
   bool isFinite() const {
     // No sum hides a NaN or an infinity.
-    return std::isfinite((R.col(0) + R.col(1) + R.col(2) + t).sum() + (dt + dt2));
+    return std::isfinite((R.col(0) + R.col(1) + R.col(2) + t).sum() + (dt + dt2) +
+                         (unknown.duration_s + unknown.distance_m + unknown.angle_rad));
   }
 
   /// Whether it can be what happened between two images: finite, lasting 1 ns to 10^6 s.

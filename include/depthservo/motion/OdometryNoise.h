@@ -45,8 +45,9 @@ struct OdometryNoise {
     double variance_t = 0;      ///< of each component of its translation [m^2]
     double variance_theta = 0;  ///< of each component of its rotation [rad^2]
     double rho = 1;   ///< share of its parallax that is motion, not noise: 0 in the dead band .. 1
-    double pull = 0;  ///< of each component of its translation, as far as it teaches, when the
-                      ///< estimator gets it too: it then pulls depth [m^2]
+    double bias_variance = 0;  ///< of each component of its translation, as far as it teaches, when
+                               ///< the estimator gets it too: it then biases depth [m^2]
+    bool isKnown = true;  ///< the whole motion is
   };
 
   /// For a finite motion with dt > 0. Rows that last h_i give it the variance sigma^2 sum h_i^2.
@@ -55,6 +56,7 @@ struct OdometryNoise {
     const double perRow = dt2 / (motion.dt * motion.dt);
     const double t2 = motion.t.squaredNorm();
     Step step;
+    step.isKnown = !motion.unknown.exists();
     step.variance_t = std::max(sigma_v * sigma_v * dt2, relative_v * relative_v * t2 * perRow);
     step.variance_theta = sigma_w * sigma_w * dt2;
     if (relative_w > 0) {
@@ -66,7 +68,7 @@ struct OdometryNoise {
     }
     if (mode == OdometryMode::measured && step.variance_t > 0) {
       step.rho = t2 > 0 ? std::clamp(1 - deadBand * deadBand * step.variance_t / t2, 0., 1.) : 0.;
-      step.pull = step.rho * step.variance_t;
+      step.bias_variance = step.rho * step.variance_t;
     }
     return step;
   }

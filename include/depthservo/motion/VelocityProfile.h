@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <string>
 #include <vector>
 
 namespace depthservo {
@@ -20,5 +22,8 @@ using VelocityProfile = std::vector<VelocitySegment>;
 
 /// The velocities of a profile at a time [s]. \param size how many there are
 Eigen::VectorXd velocityAt(const VelocityProfile& profile, double time_s, Eigen::Index size);
+
+/// Why this cannot be a profile of `size` velocities; empty: it can.
+std::string objection(const VelocityProfile& profile, std::size_t size);
 
 }  // namespace depthservo

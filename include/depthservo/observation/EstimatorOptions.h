@@ -7,6 +7,7 @@
 #include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/text/InputError.h"
+#include "depthservo/text/Refuse.h"
 
 namespace depthservo {
 
@@ -57,5 +58,8 @@ struct EstimatorOptions {
 
   DepthRange range() const { return {Z_min, Z_max}; }
 };
+
+/// What does not fit together.
+void check(const EstimatorOptions& depth, const Refuse& refuse);
 
 }  // namespace depthservo

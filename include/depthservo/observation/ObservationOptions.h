@@ -5,7 +5,6 @@
 
 #include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/observation/EstimatorOptions.h"
-#include "depthservo/sequence/Sequence.h"
 
 namespace depthservo {
 
@@ -29,7 +28,7 @@ enum class MotionSource {
 struct ObservationOptions {
   TrackerKind tracker = TrackerKind::automatic;
   MotionSource motion = MotionSource::automatic;
-  EstimatorOptions depth;               ///< estimator, first guess, range
+  EstimatorOptions depth;              ///< estimator, first guess, range
   std::optional<double> priorSigma_Z;  ///< 1 sigma of the first guess [m]; none: the wide default
   double pixelNoise_px = 0.5;          ///< 1 sigma per axis told to the estimator [px]
   bool isPixelNoiseGiven = false;      ///< if not, apriltag and klt say it of each point themselves
@@ -43,11 +42,6 @@ struct ObservationOptions {
   double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
 
   DepthPrior prior() const;  ///< of every point
-
-  /// As the sequence itself asks for, with the defaults above for the rest. \throw InputError
-  static ObservationOptions of(const Sequence& sequence);
-  /// \param file where the hints stand, for messages
-  static ObservationOptions of(const ReplayHints& hints, const std::string& file);
 };
 
 }  // namespace depthservo

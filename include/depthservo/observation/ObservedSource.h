@@ -15,6 +15,7 @@ struct ObservedSource {
   PinholeCamera camera;
   SequenceTarget target;
   bool hasImages = true;
+  bool hasTruth = false;            ///< true depths come by point
   std::vector<int> ids{};           ///< of points measured elsewhere, ascending
   double frameRate = 0;             ///< images per second, 0: not known [Hz]
   double fastestRate = 0;           ///< by the shortest time between two images, 0: not known [Hz]

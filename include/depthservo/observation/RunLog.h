@@ -49,7 +49,7 @@ struct FrameRecord {
   std::vector<FeatureRecord> features;
 };
 
-/// Something worth pointing at in a plot.
+/// Timestamped event, marked in plots.
 struct Event {
   double time_s = 0;
   std::string what;  ///< "point 2 hidden"
@@ -62,9 +62,13 @@ struct RunDiagnosis {
   double named_s = 0;                    ///< for how long in all [s]
   double varianceFactor = 1;             ///< greatest inflation of reported variances
   bool isCompensated = false;            ///< the estimator learns the very thing
+  std::string explanation;               ///< what would explain the images; empty: not known
 
   /// Innovations smaller than declared are no fault: sigma is too large, that is all.
   bool isFault() const { return std::isfinite(first_s); }
+
+  /// Whether the motion, as given, is not that of the images: what follows from it says nothing.
+  bool isMotion() const;
 
   std::string message() const;
 };
@@ -120,6 +124,10 @@ struct RunLog {
   Outcome outcome = Outcome::timeout;
   std::string reason;  ///< one sentence: why it ended like this
 
+  bool isDepthObserved = true;   ///< false: depths are guesses that are kept (estimator `constant`)
+  bool isTruthOfMotion = false;  ///< true depths are of the very pose that tells the motion: they
+                                 ///< show agreement with it, not accuracy
+
   std::optional<RunDiagnosis> diagnosis;  ///< none: not judged
   std::optional<JointStates> joint;       ///< of the joint filter only
 
@@ -130,6 +138,10 @@ struct RunLog {
   /// Seconds of wall clock per frame, by stage; the only thing that differs between two equal runs.
   std::vector<std::pair<std::string, std::vector<double>>> timings;
 };
+
+/// "The image error" of a run is that of its last seconds [s]: the time for which it must be within
+/// the tolerance to have converged.
+constexpr double kImageErrorOver_s = 2;
 
 /// Image error [px] of the frames from one time to another: the distance of the mean position of
 /// each feature to its goal, rms over the features, so that pixel noise averages out. Unknown

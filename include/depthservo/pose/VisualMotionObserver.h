@@ -76,6 +76,9 @@ struct VisualMotionObserverOptions {
 /// the target tells the depth. The estimator lives at exposure times, so an image that comes late
 /// is compared with the pose at its exposure.
 ///
+/// After a motion of the camera that is not known (`Motion::unknown`) the pose is kept with a sigma
+/// that grows, and the next image is taken as the first one was.
+///
 /// When the rotation error exceeds kLargestRotation, the target passes the camera plane, or six
 /// images in a row do not fit, the status is `lost`. Each further image is tried as a start from
 /// the last pose; `reset(cMo)` with a pose from elsewhere (PnP) is the sure way back.
@@ -182,6 +185,7 @@ class VisualMotionObserver : public PointSetEstimator {
   Step imageStep() const;
   bool explains(const Step& step) const;
   bool takesPose() const;
+  void letDrift(const UnknownPart& unknown);
   void accept(const Step& step);
   void refuse(ImageVerdict verdict);
   double heldFor() const;
@@ -204,6 +208,7 @@ class VisualMotionObserver : public PointSetEstimator {
   double startDistance_ = DepthPrior().Z;
   Phase phase_ = Phase::unset;
   bool isStarted_ = false;
+  bool isAdrift_ = false;  // the camera's motion since the last accepted image is not known
   ImageVerdict verdict_ = ImageVerdict::none;
   double time_s_ = std::numeric_limits<double>::quiet_NaN();
   double longestGap_s_ = 0;

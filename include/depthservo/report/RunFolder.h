@@ -3,12 +3,9 @@
 #include <filesystem>
 
 #include "depthservo/observation/RunLog.h"
+#include "depthservo/text/NewFolder.h"
 
 namespace depthservo {
-
-/// Refuses a place where no run folder can be made: it exists already, or its parent is missing or
-/// not writable. Call it before a long run. \throw InputError
-void requireNewRunFolder(const std::filesystem::path& folder);
 
 /// Writes a log as a run folder, whole or not at all: everything goes to a sibling that is renamed
 /// at the end.

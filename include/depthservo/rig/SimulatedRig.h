@@ -11,8 +11,8 @@ namespace depthservo {
 /// may be jittered, late, or lost on their way; its odometry as bad as the options say.
 class SimulatedRig : public Rig {
  public:
-  /// \param place of the options, for messages
-  explicit SimulatedRig(const SimulatedRigOptions& options, std::string place = "");
+  /// \param place of the options, for messages \throw InputError they cannot be simulated
+  explicit SimulatedRig(const SimulatedRigOptions& options, const std::string& place = "");
   ~SimulatedRig() override;
 
   const ObservedSource& source() const override;

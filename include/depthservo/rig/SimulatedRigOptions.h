@@ -9,6 +9,7 @@
 #include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/robots/RobotOptions.h"
 #include "depthservo/target/TargetOptions.h"
+#include "depthservo/text/Refuse.h"
 
 namespace depthservo {
 
@@ -33,6 +34,8 @@ struct CameraOptions {
 
   /// Images per second over the longest interval, if none is dropped [Hz].
   double slowest() const { return *std::min_element(rate.begin(), rate.end()) / (1 + jitter); }
+  /// Images per second over the shortest interval, without jitter [Hz].
+  double fastest() const { return *std::max_element(rate.begin(), rate.end()); }
 };
 
 /// Points from rendered images, or projected.
@@ -49,7 +52,7 @@ struct HiddenPeriod {
 /// What becomes of an image or of its points on the way to the estimator.
 struct SensingOptions {
   SensingSource source = SensingSource::image;
-  TargetKind tracker = TargetKind::dots;  ///< as target.type
+  TargetKind tracker = TargetKind::dots;  ///< must be target.type
   double pixel_noise = 0;                 ///< 1 sigma per axis of every measured position [px]
   std::optional<double>
       assumed_noise;  ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
@@ -96,5 +99,8 @@ struct SimulatedRigOptions {
   SensingOptions sensing;
   OdometryOptions odometry;
 };
+
+/// What does not fit together, target and robot included.
+void check(const SimulatedRigOptions& rig, const Refuse& refuse);
 
 }  // namespace depthservo

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "depthservo/motion/RpyPose.h"
+#include "depthservo/text/Refuse.h"
 
 namespace depthservo {
 
@@ -16,7 +17,7 @@ struct RobotPose {
   double theta = 0;                                  ///< [rad], from world x towards y
   double pan = 0;                                    ///< of the pan platform [rad]
   Eigen::Vector3d joints = Eigen::Vector3d::Zero();  ///< q1, q2, q3 of the arm [rad]
-  RpyPose camera;                                       ///< of a free camera, wMc
+  RpyPose camera;                                    ///< of a free camera, wMc
 };
 
 struct RobotLimits {
@@ -46,5 +47,8 @@ struct RobotOptions {
   RobotLimits limits;
   double lag = 0;  ///< time constant of the drives [s]; 0: none
 };
+
+/// What does not fit together, and what this robot does not have.
+void check(const RobotOptions& robot, const Refuse& refuse);
 
 }  // namespace depthservo

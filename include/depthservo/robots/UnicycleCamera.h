@@ -1,7 +1,5 @@
 #pragma once
 
-#include <visp3/robot/vpUnicycle.h>
-
 #include <limits>
 
 #include "depthservo/robots/SimulatedRobot.h"
@@ -23,7 +21,7 @@ struct UnicycleLimits {
 /// [rad/s]). Camera twist (De Luca, Oriolo, Robuffo Giordano 2008, sec. 6):
 ///     vx = sin phi (v - w ry) - cos phi w rx,   vz = cos phi (v - w ry) + sin phi w rx,   wy = -w.
 /// The limits scale v and w by a common factor, so the path keeps its curvature.
-class UnicycleCamera : public DEPTHSERVO_VISP vpUnicycle, public SimulatedRobot {
+class UnicycleCamera : public SimulatedRobot {
  public:
   /// Pose of the robot in the world.
   struct Pose {
@@ -52,8 +50,8 @@ class UnicycleCamera : public DEPTHSERVO_VISP vpUnicycle, public SimulatedRobot 
   Eigen::Vector3d floorPose() const override { return {pose_.x, pose_.y, pose_.theta}; }
   Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
   Eigen::Isometry3d wMc() const override { return wMcAt(pose_); }
-  DEPTHSERVO_VISP vpMatrix eJe() const override { return get_eJe(); }
-  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override { return get_cVe(); }
+  DEPTHSERVO_VISP vpMatrix eJe() const override;
+  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override;
 
   /// Pose of the camera when the robot is at `pose`.
   Eigen::Isometry3d wMcAt(const Pose& pose) const;

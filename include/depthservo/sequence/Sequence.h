@@ -3,13 +3,14 @@
 #include <visp3/core/vpImage.h>
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "depthservo/camera/PinholeCamera.h"
-#include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/motion/OdometryRow.h"
+#include "depthservo/sequence/ClockCheck.h"
 #include "depthservo/sequence/DepthMap.h"
 #include "depthservo/target/AprilTagTarget.h"
 #include "depthservo/target/DotTarget.h"
@@ -17,6 +18,11 @@
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
+
+namespace detail {
+struct ImageSize;
+struct YamlValue;
+}
 
 /// A point in an image, by its id.
 struct PixelPoint {
@@ -62,34 +68,15 @@ PinholeCamera loadCamera(const std::string& fileOrPreset);
 /// at the last pose. Empty for fewer than two poses. Times must increase.
 std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses);
 
-/// Time without poses, longer than ground truth usually leaves: how the camera moved in it is not
-/// known, only where it went.
-struct PoseGap {
-  double from_s = 0, to_s = 0;  ///< of the poses on either side
-};
+/// Time without poses, longer than ground truth usually leaves (see holesOf): how the camera moved
+/// in it is not known, only where it went.
+std::vector<TimeSpan> gapsOf(const std::vector<CameraPose>& poses);
 
-/// Intervals between successive poses of more than four times the median and 0.04 s (twice what
-/// associate.py of the TUM RGB-D benchmark accepts between an image and its pose).
-std::vector<PoseGap> gapsOf(const std::vector<CameraPose>& poses);
-
-/// What a sequence says of how to observe depth in it ("replay" in sequence.yaml); the rest is left
-/// to the user.
-struct ReplayHints {
-  std::optional<std::string> estimator;
-  std::optional<double> prior;                    ///< first guess of every depth [m]
-  std::optional<double> pixel_noise;              ///< 1 sigma per axis [px]
-  std::optional<Eigen::Vector2d> odometry_noise;  ///< 1 sigma per row [m/s, rad/s]
-  OdometryMode odometry_mode = OdometryMode::measured;
-  std::optional<double> odometry_scale_sigma;  ///< relative, 1 sigma
-  std::optional<double> focal_sigma;           ///< relative, 1 sigma
-  /// What the joint filter learns besides depths.
-  struct Joint {
-    bool time_offset = true, gyro_bias = false, focal = false;
-  };
-  std::optional<Joint> joint;
-  std::optional<double> Z_min, Z_max;             ///< [m]
-  std::optional<double> settling, W_min, k, k_3;  ///< gains of the nonlinear observer
-  std::optional<double> ke, kappa;  ///< of the known target's observer [1/s], [m/s, rad/s]
+/// What a file says of how to observe depth ("replay" in sequence.yaml), as it was written: what it
+/// means, observationOf knows.
+struct ReplaySection {
+  std::string file;                                ///< for messages
+  std::shared_ptr<const detail::YamlValue> value;  ///< null: there is none
 };
 
 /// What is to be tracked, as sequence.yaml tells it.
@@ -98,7 +85,7 @@ struct SequenceTarget {
   std::optional<AprilTagTarget> tags{};  ///< empty when the target is of another type
   std::vector<PixelPoint>
       dots{};  ///< start positions in the first image, ids 0, 1, ...; may be empty
-  ReplayHints hints{};
+  ReplaySection replay{};
 };
 
 /// `target`, `dots` and `replay` of a file with the keys of sequence.yaml. Throws InputError; so it
@@ -148,10 +135,14 @@ class Sequence {
   /// id.
   const std::vector<PixelPoint>& dots() const { return dots_; }
 
-  const ReplayHints& replayHints() const { return hints_; }
+  const ReplaySection& replaySection() const { return replay_; }
 
   /// The three above in one.
-  SequenceTarget seen() const { return {target_, tags_, dots_, hints_}; }
+  SequenceTarget seen() const { return {target_, tags_, dots_, replay_}; }
+
+  /// How the times of the images and those of the odometry, or of the poses when there is none, fit
+  /// together; empty when there are neither. (That they do not overlap at all is refused.)
+  const std::optional<ClockCheck>& clocks() const { return clocks_; }
 
   bool hasImages() const { return hasImages_; }
   bool hasTracks() const { return hasTracks_; }
@@ -160,7 +151,9 @@ class Sequence {
   const std::vector<std::string>& warnings() const { return warnings_; }
 
   /// Gray image of a frame, colours converted (0.299 R + 0.587 G + 0.114 B). Throws InputError:
-  /// missing, truncated, not an image, or of another size than the camera's.
+  /// missing, truncated, not an image, to be shown turned (EXIF), or of another size than the
+  /// camera's. Of images with 16 bits the levels are stretched to white as their format says, or
+  /// as `image_bits` says, or as many bits as some images of the sequence use.
   DEPTHSERVO_VISP vpImage<unsigned char> readImage(std::size_t frame) const;
 
   /// Depth image of a frame; none when no depth image is close enough in time. Throws InputError:
@@ -171,10 +164,13 @@ class Sequence {
   void readSettings(const std::string& path, const SequenceOptions& options);
   void readCamera(const SequenceOptions& options, const std::optional<PinholeCamera>& known);
   void useImages(std::vector<ListedImage> images);
+  void checkImages();
+  void requireSize(detail::ImageSize size, const std::string& image) const;
   void readTracks(const std::string& path);
   void readTruth(const std::string& path);
   void readOdometry(const std::string& path);
   void useDepth(std::vector<ListedImage> images, const std::string& source);
+  void checkClocks();
   std::string inFolder(const std::string& file) const;
 
   std::string folder_, name_;
@@ -188,8 +184,10 @@ class Sequence {
   DotTarget target_;
   std::optional<AprilTagTarget> tags_;
   std::vector<PixelPoint> dots_;
-  ReplayHints hints_;
+  ReplaySection replay_;
   bool hasImages_ = false, hasTracks_ = false;
+  int imageBits_ = 0;  // used by images of 16; 0: not known
+  std::optional<ClockCheck> clocks_;
   std::vector<std::string> warnings_;
 };
 

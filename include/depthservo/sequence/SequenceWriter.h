@@ -12,6 +12,7 @@
 #include "depthservo/motion/Twist.h"
 #include "depthservo/sequence/Sequence.h"
 #include "depthservo/target/DotTarget.h"
+#include "depthservo/text/InterruptWatch.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
@@ -26,7 +27,7 @@ struct SequenceSettings {
   PinholeCamera camera;
   DotTarget target;              ///< no points: unknown
   std::vector<PixelPoint> dots;  ///< start positions, ids 0, 1, ... in this order; may be empty
-  ReplayHints replay;
+  std::string replay;            ///< keys of the section `replay`, YAML; may be empty
   std::optional<AprilTagTarget> tags = {};  ///< instead of the target
 };
 
@@ -34,7 +35,8 @@ struct SequenceSettings {
 /// that bring every double back exactly, images as PNG.
 ///
 /// Everything goes to a hidden folder beside the target, which `finish` renames; without `finish`
-/// the destructor removes it. Files without rows are not written. All members throw InputError when
+/// the destructor removes it; so it does after Ctrl-C or a plain kill, when adding an image or a
+/// pose throws Interrupted. Files without rows are not written. All members throw InputError when
 /// the folder exists or cannot be written.
 class SequenceWriter {
  public:
@@ -56,6 +58,7 @@ class SequenceWriter {
   std::ofstream& file(const std::string& name, const std::string& header);
   void check(const std::ofstream& out, const std::string& name) const;
 
+  InterruptWatch watch_;
   std::string folder_, temporary_;  // temporary_ is empty once finished
   std::map<std::string, std::ofstream> files_;
   std::size_t images_ = 0;

@@ -16,19 +16,29 @@ struct TimedImage {
   DEPTHSERVO_VISP vpImage<unsigned char> image;
 };
 
+/// What came of asking for the next image.
+enum class ImageStatus {
+  image,
+  skipped,  ///< the image that should be here cannot be used; the next one may
+  ended     ///< there are no more
+};
+
 /// Images, one after the other.
 class ImageSource {
  public:
   virtual ~ImageSource() = default;
 
-  /// The next image; false when there are no more. Never throws.
-  virtual bool next(TimedImage& image) = 0;
+  /// The next image; `image` is undefined unless the status is `image`. Never throws.
+  virtual ImageStatus next(TimedImage& image) = 0;
+
+  /// Why the last image was skipped, or why there are no more and what is missing: one line that
+  /// names the file.
+  virtual std::string reason() const = 0;
 
   /// Whether images come in real time and are lost when nobody takes them.
   virtual bool isLive() const = 0;
 
-  /// Why there are no more, after `next` said so.
-  virtual std::string whyEnded() const = 0;
+  virtual double fps() const { return 0; }  ///< images per second [Hz]; 0: not known
 };
 
 struct VideoOptions {
@@ -40,27 +50,30 @@ struct VideoOptions {
   double latency_s = 0;  ///< age of a camera's image when it arrives
 };
 
-/// A camera, a stream, a video file or a series of image files, through OpenCV.
+/// A camera, a stream, a video file (through OpenCV, which is loaded by the first of them) or a
+/// series of image files.
 ///
 /// Images of a camera carry the system's clock (seconds since 1970) at their arrival, less the
-/// latency; those of a file the time `start_s + k / fps`, to 9 decimals.
+/// latency. Those of a file have the given times, or `start_s + k / fps` for a given rate, to 9
+/// decimals; else those of a video file have the times of their container from `start_s` on, so
+/// that the rate may vary. An image of a series that is missing or unreadable is skipped; the
+/// others keep their times.
 class VideoSource : public ImageSource {
  public:
   /// \param source number of a camera, its device (/dev/video0), the address of a stream
   /// (rtsp://...), a video file, or a series of image files (folder/%06d.png)
-  /// \throw InputError it cannot be opened, or a file says no frame rate and none is given
+  /// \throw InputError it cannot be opened, says no times and none are given, or is to be shown
+  /// turned (metadata of a video)
   VideoSource(const std::string& source, const VideoOptions& options);
   ~VideoSource() override;
 
-  bool next(TimedImage& image) override;
+  ImageStatus next(TimedImage& image) override;
+  std::string reason() const override;
   bool isLive() const override;
-  std::string whyEnded() const override;
-
-  double fps() const;  ///< of a file, or as a camera says; 0: not known [Hz]
+  double fps() const override;
 
  private:
-  struct Capture;
-  std::unique_ptr<Capture> capture_;
+  std::unique_ptr<ImageSource> source_;
 };
 
 }  // namespace depthservo

@@ -6,6 +6,7 @@
 
 #include "depthservo/features/FeaturePoint.h"
 #include "depthservo/motion/VelocityProfile.h"
+#include "depthservo/text/Refuse.h"
 
 namespace depthservo {
 
@@ -42,5 +43,8 @@ struct ControlOptions {
   bool coupled = false;                  ///< regulation: the coupled law of Ibuki et al. 2023
   std::vector<Eigen::Vector2d> desired;  ///< desired pixels (u, v); empty: seen from robot.goal
 };
+
+/// What does not fit together.
+void check(const ControlOptions& control, const Refuse& refuse);
 
 }  // namespace depthservo

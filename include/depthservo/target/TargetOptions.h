@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,12 +17,14 @@ namespace depthservo {
 /// What the camera looks at, and how it is tracked: dots | apriltag.
 enum class TargetKind { dots, apriltag };
 
+constexpr std::size_t kMostTargetPoints = 64;
+
 /// An AprilTag on the target.
 struct TagOptions {
   int id = 0;
   double size = 0.16;                  ///< side of the square between the corners, as it is [m]
   std::optional<double> assumed_size;  ///< as the user believes [m]; none: unknown
-  RpyPose pose;                           ///< in the object frame
+  RpyPose pose;                        ///< in the object frame
 };
 
 struct TargetOptions {
@@ -41,5 +45,10 @@ struct TargetOptions {
   AprilTagTarget trueTags() const;     ///< with the sizes that they have
   AprilTagTarget assumedTags() const;  ///< with the sizes that are assumed
 };
+
+/// Points or tags that do not fit together, or the type of target. \param refuse hears key and
+/// reason
+void check(const TargetOptions& target,
+           const std::function<void(const std::string& key, const std::string& why)>& refuse);
 
 }  // namespace depthservo

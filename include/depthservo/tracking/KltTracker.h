@@ -23,13 +23,17 @@ struct KltTrackerOptions {
 /// and offset of the light do not matter. When a point has come to look different (it is nearer, or
 /// turned), a new look is kept and its error added to sigma_px.
 ///
-/// An id is given to one corner only. A corner that is not found for `patience` images is retired;
-/// when a fifth of the points are missing, new corners with new ids are chosen in their places, far
-/// from the others.
+/// A point that looks different from one image to the next is followed by what it looked like in
+/// the last one, its error added likewise.
+///
+/// An id is given to one corner only. A corner that is not found for `patience` images is retired.
+/// While a fifth of the points are missing, each image is searched for new corners, with new ids,
+/// in one quarter of its height, far from the points in view. The noise of an image, estimated from
+/// its Laplacian, is no corner, nor is anything in saturated areas: a flat image shows none.
 ///
 /// sigma_px: what is left of the difference to the look, through the least squares of the
-/// alignment; at least 0.015 px. Which points move by themselves the tracker cannot know: the
-/// estimators' gates find them (`giveUp`).
+/// alignment, where what exceeds the noise is shared by 3 x 3 pixels; at least 0.015 px. Which
+/// points move by themselves the tracker cannot know: the estimators' gates find them (`giveUp`).
 ///
 /// No display is needed and nothing is printed. `track` allocates.
 class KltTracker : public PointTracker {

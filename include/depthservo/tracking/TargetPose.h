@@ -10,9 +10,8 @@
 
 namespace depthservo {
 
-/// Pose of a known plate in the camera, from the dots seen in one image (ViSP's vpPose: linear
-/// start, then virtual visual servoing, which minimises the reprojection error from the previous
-/// pose on).
+/// Pose of a known plate in the camera, from the dots seen in one image (OpenCV: closed-form start,
+/// then virtual visual servoing, which minimises the reprojection error from the previous pose on).
 class TargetPose {
  public:
   TargetPose(const DotTarget& target, const PinholeCamera& camera)

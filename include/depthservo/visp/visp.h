@@ -5,7 +5,7 @@
 /// vpServo`, since `vpServo` alone is an enumerator there.
 #include <visp3/core/vpConfig.h>
 
-#ifdef VISP_NAMESPACE_NAME
+#ifdef ENABLE_VISP_NAMESPACE
 #define DEPTHSERVO_VISP VISP_NAMESPACE_ADDRESSING
 #else
 #define DEPTHSERVO_VISP

@@ -5,13 +5,16 @@
 // elsewhere each point has its own colour.
 const COLOURS = ['#0072B2', '#E69F00', '#009E73', '#D55E00', '#CC79A7'];
 const ESTIMATE = COLOURS[0], ASKED = COLOURS[1], TRUTH = '#000000';
-const SHOWN_POINTS = 8;
+const SHOWN_POINTS = 8;  // with charts of their own
+const MOST_ROWS = 16;    // of the table, when there are many points
 
 const data = JSON.parse(document.getElementById('data').textContent);
 const run = data.run, time = data.time, frames = data.frames;
 const points = data.points.map((point, index) => (
   {...point.columns, id: point.id, limit: point.limit, colour: COLOURS[index % COLOURS.length]}));
-const events = run.events.map(event => ({time: event.time - data.start, what: event.what}));
+const events = run.events.map(event =>
+  ({time: event.time - data.start, last: event.last - data.start, count: event.count, what: event.what}));
+const areMany = data.all_points > points.length;
 
 const byId = id => document.getElementById(id);
 const isKnown = value => value !== null && value !== undefined;
@@ -54,44 +57,71 @@ function ranges(count, condition) {
   }
   return found;
 }
-const hiddenPeriods = some => ranges(time.length, i => some.some(p => p.measured[i] === 0))
+const hiddenPeriods = some => areMany && some.length > 1 ? [] : ranges(time.length, i => some.some(p => p.measured[i] === 0))
   .map(range => [time[range[0]], time[Math.min(range[1] + 1, time.length - 1)]]);
 
 // ---- Tables -------------------------------------------------------------------------------------
+
+/** What happens to a depth at the end, beside how well it is known. */
+const NOW = {converging: 'being learnt', valid: 'observed', unexcited: 'not excited', coasting: 'hidden'};
+function nowOf(point) {
+  if (run.observes_depth === false && (point.status === 'unexcited' || point.status === 'valid')) return 'as given';
+  return NOW[point.status] || point.status;
+}
 
 function showPoints() {
   const table = byId('points');
   const hasTruth = run.points.some(point => isKnown(point.Z_true));
   const head = element(element(table, 'thead'), 'tr');
-  const titles = ['point', 'Z [m]', '2 sigma [m]'].concat(hasTruth ? ['truth [m]', 'error'] : [],
-    ['status', 'seen', 'to 5 %']);
-  for (const title of titles) element(head, 'th', title);
+  const titles = ['point', 'Z ± 2 sigma [m]', 'known to'].concat(hasTruth ? ['truth [m]', 'error'] : [],
+    ['at the end', 'seen', 'to 5 %']);
+  for (const title of titles) element(head, 'th', title, title === 'at the end' ? 'words' : undefined);
   const body = element(table, 'tbody');
-  for (const point of run.points) {
+  const listed = areMany ? run.points.slice(0, MOST_ROWS) : run.points;
+  for (const point of listed) {
     const row = element(body, 'tr'), name = element(row, 'td');
     const shown = points.find(p => p.id === point.id);
     element(name, 'span', '', 'chip').style.background = shown ? shown.colour : 'none';
     name.append(point.id);
-    element(row, 'td', figure(point.Z));
-    element(row, 'td', isKnown(point.sigma_Z) ? figure(2 * point.sigma_Z, 2) : '–');
+    element(row, 'td', figure(point.Z) + (isKnown(point.sigma_Z) ? ` ± ${figure(2 * point.sigma_Z, 2)}` : ''));
+    element(row, 'td', isKnown(point.sigma_Z) && point.Z > 0 ? knownTo(point.Z, point.sigma_Z) : '–');
     if (hasTruth) {
       element(row, 'td', figure(point.Z_true));
       element(row, 'td', percent(point.relative_error));
     }
-    element(row, 'td', point.status);
+    element(row, 'td', nowOf(point), 'words');
     const all = point.measured_frames + point.hidden_frames;
     element(row, 'td', percent(all ? point.measured_frames / all : null));
     element(row, 'td', isKnown(point.time_to_5pct_s) ? `${figure(point.time_to_5pct_s, 2)} s`
       : isKnown(point.frames_to_5pct) ? `+${figure(point.frames_to_5pct)} frames` : 'never');
   }
+  if (!areMany) return;
+  byId('left-out').hidden = false;
+  byId('left-out').textContent = `${listed.length} of ${data.all_points} points: those measured longest and those whose ` +
+    `error is largest for their sigma. ${data.all_points - listed.length} are left out; features.csv has all.`;
+}
+
+/** The range in which depths are reported, as far as the configuration says. */
+const range = {Z_min: 0, Z_max: Infinity, ...(run.configuration || {}).depth, ...run.configuration};
+const isHeld = Z => Z >= 0.999 * range.Z_max || Z <= 1.001 * range.Z_min;
+
+/** Two sigma as a share; above 100 % nothing is known, nor at an end of the range. */
+function knownTo(Z, sigma_Z) {
+  if (isHeld(Z)) return 'end of range';
+  return 2 * sigma_Z < Z ? figure(200 * sigma_Z / Z, 2) + ' %' : 'not known';
 }
 
 function showFigures() {
   const list = byId('figures'), m = run.metrics;
   const rows = [
     ['duration', `${figure(m.duration_s)} s, ${m.frames} frames`],
-    ['final image error', isKnown(m.final_error_px) ? figure(m.final_error_px, 3) + ' px rms' : null],
-    ['worst final depth error', isKnown(m.final_depth_error_max) ? percent(m.final_depth_error_max) : null],
+    ['image error', isKnown(m.final_error_px)
+      ? figure(m.final_error_px, 3) + ' px rms (mean places of the last 2 s to the goals)' : null],
+    [run.truth_is_pose_of_motion ? 'disagreement with the pose of the target' : 'worst final depth error',
+      isKnown(m.final_depth_error_max) ? percent(m.final_depth_error_max) + (run.truth_is_pose_of_motion
+        ? ' at most. The same pose told the motion: this is agreement, not accuracy' : '') : null],
+    ['points', isKnown(m.points_gone) && m.points_gone > 0
+      ? `${data.all_points} at the end; ${m.points_gone} came and went` : null],
     ['truth within 2 sigma', isKnown(m.coverage_2sigma)
       ? percent(m.coverage_2sigma) + ' of the estimates (95.4 % if honest)' : null],
     ['lowest frame rate', isKnown(m.min_frame_rate) ? figure(m.min_frame_rate, 3) + ' Hz' : null],
@@ -137,7 +167,8 @@ function showImage() {
     drawn(svg, 'path', {...common, stroke: colour, 'stroke-width': 1.8 * size,
       'stroke-dasharray': dashed ? `${2 * size} ${3.5 * size}` : 'none'});
   };
-  for (const point of points) {
+  if (areMany) showCorners(svg, size);
+  else for (const point of points) {
     for (const measured of [0, 1]) {
       for (const [first, last] of ranges(time.length, i => point.measured[i] === measured)) {
         // A hidden stretch joins its neighbours.
@@ -152,7 +183,7 @@ function showImage() {
     drawn(svg, 'path', {d: cross, stroke: '#fff', 'stroke-width': 4.5 * size});
     drawn(svg, 'path', {d: cross, stroke: '#000', 'stroke-width': 1.8 * size});
   }
-  for (const point of points) {
+  for (const point of areMany ? [] : points) {
     const first = point.u.findIndex(isKnown);
     let last = point.u.length - 1;
     while (last > first && !isKnown(point.u[last])) --last;
@@ -163,7 +194,10 @@ function showImage() {
     drawn(svg, 'text', {x: point.u[first] + 8 * size, y: point.v[first] - 6 * size,
       style: `font-size: ${13 * size}px; paint-order: stroke; stroke: #fff; stroke-width: ${3 * size}px`}, point.id);
   }
-  if (run.goals.length === 0) view.parentNode.querySelector('.cross').parentNode.innerHTML = '○ start &nbsp; ● end &nbsp; ┄ hidden';
+  if (!areMany) {
+    byId('image-key').innerHTML = '○ start &nbsp; ● end &nbsp; ' +
+      (run.goals.length ? '<span class="cross">+</span> goal &nbsp; ' : '') + '┄ hidden';
+  }
 
   const images = ['first', 'last'].filter(stem => byId('image-' + stem));
   const buttons = images.map(stem => element(byId('image-choice'), 'button', stem + ' image'));
@@ -173,6 +207,77 @@ function showImage() {
   });
   buttons.forEach((button, i) => { button.type = 'button'; button.onclick = () => choose(i); });
   choose(images.length - 1);
+}
+
+/** Near to far, light and colour-blind safe on gray images (viridis). */
+const RAMP = ['#fde725', '#a0da39', '#4ac16d', '#1fa187', '#277f8e', '#365c8d', '#46327e', '#440154'];
+
+function quantile(values, share) {
+  const ascending = values.slice().sort((a, b) => a - b);
+  return ascending[Math.round(share * (ascending.length - 1))];
+}
+
+/** The points of the last image by depth; a ring: not known to 20 %. */
+function showCorners(svg, size) {
+  byId('image').querySelector('.title').textContent = 'Points of the last image by depth';
+  const last = data.last, known = last.Z.map((Z, i) => 2 * last.sigma_Z[i] < 0.2 * Z && !isHeld(Z) && last.measured[i] === 1);
+  const depths = last.Z.filter((Z, i) => known[i]);
+  const low = depths.length ? quantile(depths, 0.05) : 1, high = depths.length ? quantile(depths, 0.95) : 1;
+  const colourOf = Z => {
+    const place = high > low ? Math.log(Z / low) / Math.log(high / low) : 0.5;
+    return RAMP[Math.max(0, Math.min(RAMP.length - 1, Math.floor(place * RAMP.length)))];
+  };
+  last.u.forEach((u, i) => {
+    if (!isKnown(u) || !isKnown(last.v[i]) || last.measured[i] !== 1) return;
+    const mark = drawn(svg, 'circle', {cx: u, cy: last.v[i], r: (known[i] ? 4 : 2.5) * size,
+      fill: known[i] ? colourOf(last.Z[i]) : 'none', stroke: known[i] ? '#000' : '#666', 'stroke-width': 0.8 * size});
+    drawn(mark, 'title', {}, `${figure(last.Z[i], 3)} m, 2 sigma ${figure(2 * last.sigma_Z[i], 2)} m`);
+  });
+  const key = byId('image-key');
+  if (depths.length) {
+    key.append(`${figure(low, 3)} m `);
+    for (const colour of RAMP) element(key, 'span', '', 'ramp').style.background = colour;
+    key.append(` ${figure(high, 3)} m   `);
+  }
+  key.append(`● ${depths.length} known to 20 %   ○ not yet`);
+  key.style.whiteSpace = 'pre-wrap';
+}
+
+/** Error in sigmas of the depths of the last image or, without truth, how well they are known. */
+function showHistogram() {
+  if (!areMany) return;
+  const last = data.last, claims = ['valid', 'converging'];
+  const used = last.Z.map((Z, i) => i).filter(i => claims.includes(data.statuses[last.status[i]]));
+  const errors = used.filter(i => isKnown(last.Z_true[i]))
+    .map(i => (1 / last.Z[i] - 1 / last.Z_true[i]) / (last.sigma_Z[i] / (last.Z[i] * last.Z[i])));
+  const isError = errors.length > 0;
+  const values = isError ? errors : used.map(i => 100 * last.sigma_Z[i] / last.Z[i]);
+  if (values.length === 0) return;
+  const bins = 16, low = isError ? -4 : 0, high = isError ? 4 : 40;
+  const counts = new Array(bins).fill(0);
+  for (const value of values) ++counts[Math.max(0, Math.min(bins - 1, Math.floor((value - low) / (high - low) * bins)))];
+  const width = 560, height = 170, bottom = 34, left = 34, top = 8;
+  byId('histogram').hidden = false;
+  byId('histogram').querySelector('.title').textContent = isError
+    ? `Error of 1/Z in sigmas, ${values.length} points (line: an honest sigma)` : `sigma of Z, ${values.length} points [% of Z]`;
+  const svg = drawn(byId('histogram'), 'svg', {viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': 'histogram'});
+  const toX = value => left + (value - low) / (high - low) * (width - left - 8);
+  const honest = x => values.length * (high - low) / bins * Math.exp(-x * x / 2) / Math.sqrt(2 * Math.PI);
+  const most = Math.max(...counts, isError ? honest(0) : 0);
+  const toY = count => height - bottom - count / most * (height - bottom - top);
+  counts.forEach((count, i) => drawn(svg, 'rect', {x: toX(low + i * (high - low) / bins) + 1, y: toY(count),
+    width: (width - left - 8) / bins - 2, height: height - bottom - toY(count), fill: ESTIMATE, 'fill-opacity': 0.75}));
+  if (isError) {
+    let path = '';
+    for (let x = low; x <= high; x += 0.1) path += `${path ? 'L' : 'M'}${toX(x)} ${toY(honest(x))}`;
+    drawn(svg, 'path', {d: path, fill: 'none', stroke: TRUTH, 'stroke-width': 1.5});
+  }
+  for (let k = 0; k <= 4; ++k) {
+    const value = low + k * (high - low) / 4, end = k === 4 ? ' and more' : k === 0 && isError ? ' and less' : '';
+    drawn(svg, 'text', {x: toX(value), y: height - 12, 'text-anchor': k === 4 ? 'end' : k === 0 ? 'start' : 'middle'},
+      figure(value) + end);
+  }
+  drawn(svg, 'text', {x: left - 4, y: top + 10, 'text-anchor': 'end'}, Math.round(most));
 }
 
 // ---- Robot path from above ----------------------------------------------------------------------
@@ -251,11 +356,37 @@ function showRobot() {
 
 // ---- Charts -------------------------------------------------------------------------------------
 
-const charts = [];
+const charts = [], waiting = [];
+
+/** Ticks of a log axis: 1, 2, 5 of every decade, or as few as there is room for. */
+function logTicks(low, high, pixels) {
+  const most = Math.max(2, Math.floor(pixels / 30));
+  const first = Math.floor(Math.log10(low)), last = Math.ceil(Math.log10(high));
+  const among = (steps, every) => {
+    const found = [];
+    for (let k = first; k <= last; ++k) {
+      if (k % every) continue;
+      for (const step of steps) {
+        const v = Number(`${step}e${k}`);
+        if (v >= low && v <= high) found.push(v);
+      }
+    }
+    return found;
+  };
+  let ticks = among([1, 2, 5], 1);
+  if (ticks.length < 2) {  // within one step: linear
+    const rough = (high - low) / most, unit = Math.pow(10, Math.floor(Math.log10(rough)));
+    const step = [1, 2, 5, 10].find(s => s * unit >= rough) * unit;
+    ticks = [];
+    for (let k = Math.ceil(low / step); k * step <= high; ++k) ticks.push(k * step);
+  }
+  for (let every = 1; ticks.length > most; ++every) ticks = among([1], every);
+  return ticks.map(v => ({v, label: figure(v, 3)}));
+}
 
 /**
  * A time chart. lines: [{name, values, colour, low, high}]; low and high make a band.
- * options: {log, steps, limit: where bands are cut, hidden: periods to shade, value: (line, row) => legend text}
+ * options: {log, steps, limit: upper end of the plot, hidden: periods to shade, value: (line, row) => legend text}
  */
 function chart(title, lines, options) {
   lines = lines.filter(line => anyKnown(line.values));
@@ -273,7 +404,8 @@ function chart(title, lines, options) {
     if (value === null) return [null, null, null];
     if (!line.low) return [value, value, value];
     const high = line.high[row];
-    return [line.low[row], Math.min(value, options.limit), Math.min(isKnown(high) ? high : Infinity, options.limit)];
+    const far = 3 * options.limit;  // beyond the plot
+    return [line.low[row], Math.min(value, far), Math.min(isKnown(high) ? high : far, far)];
   };
   const rows = time.map((t, row) => [t, ...lines.map(line => cell(line, row))]);
   const names = lines.map(line => line.name);
@@ -285,6 +417,7 @@ function chart(title, lines, options) {
     includeZero: !options.log && !hasBand,
     legend: 'always', labelsDiv: legend, labelsKMB: false,
     axisLabelFontSize: 12, gridLineColor: '#e6e6e6', axisLineColor: '#909090',
+    valueRange: options.limit ? [0, options.limit] : null,
     xRangePad: 0, yRangePad: 8, animatedZooms: false, highlightCircleSize: 3.5,
     legendFormatter: shown => {
       const row = shown.x === undefined ? -1 : shown.dygraph.getSelection();
@@ -293,7 +426,8 @@ function chart(title, lines, options) {
       return (row >= 0 ? `${time[row].toFixed(2)} s` : '').padEnd(8, '\u2007') + parts.join('');
     },
     axes: {x: {axisLabelFormatter: value => figure(value, 6) + ' s', pixelsPerLabel: 70},
-           y: {axisLabelFormatter: value => figure(value, 6), axisLabelWidth: 48, pixelsPerLabel: 34}},
+           y: {axisLabelFormatter: value => figure(value, 6), axisLabelWidth: 48, pixelsPerLabel: 34,
+               ...(options.log ? {ticker: logTicks} : {})}},
     underlayCallback: (context, area, graph) => {
       context.save();
       context.fillStyle = '#e4e4e4';
@@ -313,7 +447,11 @@ function chart(title, lines, options) {
       context.restore();
     },
   };
-  charts.push(new Dygraph(body, rows, settings));
+  waiting.push(() => {
+    const graph = new Dygraph(body, rows, settings);
+    charts.push(graph);
+    new ResizeObserver(() => graph.resize()).observe(body);
+  });
 }
 
 function showDepth(point) {
@@ -332,10 +470,11 @@ function showCharts() {
   const shown = points.slice(0, SHOWN_POINTS);
   shown.forEach(showDepth);
   const perPoint = values => shown.map(point => ({name: `${point.id}`, colour: point.colour, values: values(point)}));
-  chart('Depth error |Z − truth| / truth by point [%]', perPoint(point => point.Z.map((Z, i) =>
-    isKnown(Z) && isKnown(point.Z_true[i]) ? 100 * Math.abs(Z - point.Z_true[i]) / point.Z_true[i] : null)),
-    {log: true, hidden});
-  chart('Excitation by point: speed across the line of sight [m/s]', perPoint(point => point.excitation), {hidden});
+  chart('Depth error |Z − truth| / truth by point [%]',
+    perPoint(point => point.error.map(error => isKnown(error) ? 100 * error : null)), {log: true, hidden});
+  if (shown.some(point => point.excitation.some(value => value > 0))) {
+    chart('Excitation by point: speed across the line of sight [m/s]', perPoint(point => point.excitation), {hidden});
+  }
   chart('Image error [px rms]', [{name: 'distance to the goal', values: frames.error_px, colour: ESTIMATE}], {log: true, hidden});
   const names = run.command_names, columns = Object.keys(frames);
   const asked = columns.filter(name => name.startsWith('command_'));
@@ -348,9 +487,11 @@ function showCharts() {
     chart('Camera velocity by odometry [m/s]', axes('v'), {hidden});
     chart('Camera rotation by odometry [rad/s]', axes('w'), {hidden});
   }
-  if (points.length > shown.length) {
-    element(byId('charts'), 'p', `Charts show the first ${shown.length} of ${points.length} points.`, 'hint');
+  if (data.all_points > shown.length) {
+    element(byId('charts'), 'p', `Charts show the first ${shown.length} points of the table; features.csv has all ` +
+      `${data.all_points}.`, 'hint');
   }
+  for (const draw of waiting) draw();  // now that the layout is final
   if (charts.length > 1) Dygraph.synchronize(charts, {zoom: true, selection: true, range: false});
 }
 
@@ -371,17 +512,21 @@ function showEvents() {
       zoomTo(Math.max(event.time - 1.5, 0), Math.min(event.time + 1.5, total));
       byId('charts').scrollIntoView();
     };
-    item.append(event.what);
+    item.append(event.count > 1 ? `${event.count} × ${event.what} (until ${event.last.toFixed(2)} s)` : event.what);
   }
 }
 
 showPoints();
 showFigures();
 showImage();
+showHistogram();
 showRobot();
 showCharts();
 showEvents();
 byId('whole').onclick = () => zoomTo(time[0], time[time.length - 1]);
+if (data.bucket > 1) {
+  byId('thinned').textContent = ` · thinned: every two points of a curve are the extremes of ${data.bucket} images`;
+}
 byId('configuration').textContent = JSON.stringify(run.configuration, null, 2);
 byId('origin').textContent = (data.start !== 0 ? `Time 0 is ${data.start} s. ` : '') +
   Object.entries(run.versions).map(([name, version]) => `${name} ${version}`).join(', ') + '.';

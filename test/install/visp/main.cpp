@@ -1,6 +1,7 @@
 // A ViSP servo loop with depthservo's feature: four points, the guessed depth three times too
 // large.
 #include <depthservo/features/FeaturePoint.h>
+#include <depthservo/visp/using.h>
 #include <visp3/core/vpPoint.h>
 #include <visp3/robot/vpSimulatorCamera.h>
 #include <visp3/visual_features/vpFeatureBuilder.h>
@@ -10,10 +11,6 @@
 #include <cmath>
 #include <iostream>
 #include <vector>
-
-#ifdef ENABLE_VISP_NAMESPACE
-using namespace VISP_NAMESPACE_NAME;
-#endif
 
 int main() {
   const double dt = 1. / 30;  // s

@@ -5,10 +5,14 @@
 
 namespace depthservo {
 
+/// Refuses a place where no folder can be made: it exists already, or its parent is missing or
+/// not writable. Call it before a long run. \throw InputError
+void requireNewRunFolder(const std::filesystem::path& folder);
+
 /// Makes a folder, whole or not at all: it is filled under another name beside its place and
 /// renamed at the end. \param fill writes the files into the folder it is given
 /// \throw InputError the place is refused (see requireNewRunFolder) or cannot be written to;
-/// whatever `fill` throws
+/// \throw Interrupted by Ctrl-C or a plain kill; nothing is left; and whatever `fill` throws
 void makeFolder(const std::filesystem::path& folder,
                 const std::function<void(const std::filesystem::path&)>& fill);
 

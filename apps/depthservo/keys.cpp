@@ -1,0 +1,41 @@
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "commands.h"
+#include "depthservo/scenario/keyPages.h"
+#include "observation.h"
+
+namespace depthservo {
+namespace {
+
+struct KeyArguments {
+  std::string prefix;
+  bool replay = false, markdown = false, schema = false;
+};
+
+void printKeys(const KeyArguments& a) {
+  if (a.schema) {
+    if (a.replay || a.markdown) refuseOption("--schema", "is for scenarios, and alone");
+    fmt::print("{}", scenarioSchema());
+    return;
+  }
+  if (a.markdown && !a.prefix.empty()) refuseOption("--markdown", "prints all keys");
+  const KeySet set = a.replay ? KeySet::replay : KeySet::scenario;
+  fmt::print("{}", a.markdown ? keysAsMarkdown(set) : keysAsText(set, a.prefix));
+}
+
+}  // namespace
+
+void addKeys(CLI::App& app, int&) {
+  CLI::App* command =
+      app.add_subcommand("keys", "Every key of a scenario: unit, default, range and meaning");
+  auto a = std::make_shared<KeyArguments>();
+  command->add_option("PREFIX", a->prefix, "Only keys that begin like this, e.g. depth");
+  command->add_flag("--replay", a->replay, "Keys of 'replay' in sequence.yaml instead");
+  command->add_flag("--markdown", a->markdown, "As the table in doc/formats.md");
+  command->add_flag("--schema", a->schema, "As a JSON schema for editors");
+  command->callback([a] { printKeys(*a); });
+}
+
+}  // namespace depthservo

@@ -1,0 +1,64 @@
+#include "scenarioFile.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+#include "depthservo/text/InputError.h"
+#include "depthservo/text/didYouMean.h"
+
+namespace depthservo {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isFolder(const fs::path& path) {
+  std::error_code error;
+  return fs::is_directory(path, error);
+}
+
+/// Where the scenarios are: beside an installed tool, else in the source tree it was built in or
+/// that it is called in. Empty: nowhere.
+fs::path shippedFolder() {
+  std::error_code error;
+  const fs::path tool = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = tool.parent_path().parent_path() / "share/depthservo/scenarios";
+  if (isFolder(installed)) return installed;
+  std::vector<fs::path> trees;
+  for (fs::path at = tool; at.has_relative_path();) trees.push_back(at = at.parent_path());
+  trees.push_back(fs::current_path(error));
+  for (const fs::path& tree : trees) {
+    if (isFolder(tree / "data/scenarios")) return tree / "data/scenarios";
+  }
+  return {};
+}
+
+std::vector<std::string> namesIn(const fs::path& folder) {
+  std::error_code error;
+  std::vector<std::string> names;
+  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end;
+       it.increment(error)) {
+    if (it->path().extension() != ".yaml") continue;
+    names.push_back(it->path().lexically_relative(folder).replace_extension().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace
+
+std::string scenarioFile(const std::string& name) {
+  std::error_code error;
+  if (fs::exists(name, error)) return name;
+  const fs::path folder = shippedFolder();
+  const std::vector<std::string> shipped = namesIn(folder);
+  if (std::find(shipped.begin(), shipped.end(), name) != shipped.end()) {
+    return (folder / (name + ".yaml")).string();
+  }
+  std::string hint = didYouMeanFile(name);
+  if (hint.empty()) hint = didYouMean(name, shipped);
+  if (hint.empty() && name.find('=') != std::string::npos) hint = "; a key is set by --set " + name;
+  throw InputError({name, 0, ""}, "there is no such file, nor a scenario of this name" + hint);
+}
+
+}  // namespace depthservo

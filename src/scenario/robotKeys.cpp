@@ -1,0 +1,88 @@
+#include "scenario/keys.h"
+
+namespace depthservo {
+
+using detail::Fields;
+using detail::Key;
+using detail::kRequired;
+using detail::Need;
+using detail::Range;
+
+namespace {
+
+const std::vector<detail::Choice<RobotKind>>& robots() {
+  static const std::vector<detail::Choice<RobotKind>> all = {
+      {RobotKind::unicycle, "unicycle"},
+      {RobotKind::panUnicycle, "pan-unicycle"},
+      {RobotKind::omni, "omni"},
+      {RobotKind::mobileManipulator, "mobile-manipulator"},
+      {RobotKind::free, "free"}};
+  return all;
+}
+
+void describe(Fields& f, RobotPose& pose, RobotKind robot) {
+  const bool isFree = robot == RobotKind::free;
+  const Need onFloor = Need::requiredFor(!isFree, "robots other than free");
+  f.number({"x", "of the middle of the wheel axle", onFloor}, pose.x, ranges::kPosition, "m");
+  f.number({"y", "of the middle of the wheel axle", onFloor}, pose.y, ranges::kPosition, "m");
+  f.number({"theta", "from world x to the robot's x, counter-clockwise from above", onFloor},
+           pose.theta, ranges::kAngle, "rad");
+  f.number({"pan", "angle of the platform, counter-clockwise (pan-unicycle)"}, pose.pan,
+           ranges::kAngle, "rad");
+  f.numbers({"joints",
+             "of the column (counter-clockwise), of the upper arm above the horizontal, of the "
+             "forearm above the upper arm (mobile-manipulator)"},
+            pose.joints, ranges::kAngle, "rad");
+  depthservo::describe(f, pose.camera, Need::requiredFor(isFree, "robot.type: free"));
+}
+
+void describe(Fields& f, ArmOptions& arm) {
+  f.numbers({"mount", "foot of the column in the robot frame"}, arm.mount, {-10, 10}, "m");
+  f.number({"column", "its height"}, arm.column, {0, 10}, "m");
+  f.number({"upper_arm", "its length"}, arm.upper_arm, {0, 10}, "m");
+  f.number({"forearm", "its length; the camera at its tip looks along it"}, arm.forearm, {0, 10},
+           "m");
+}
+
+void describe(Fields& f, RobotLimits& limits) {
+  const Range rate = Range::above(0, 20), acceleration = Range::above(0, 1000);
+  f.number({"v", "linear velocity, of each axis"}, limits.v, ranges::kLength, "m/s");
+  f.number({"w", "angular velocity"}, limits.w, rate, "rad/s");
+  f.number({"dv", "linear acceleration"}, limits.dv, acceleration, "m/s^2");
+  f.number({"dw", "angular acceleration"}, limits.dw, acceleration, "rad/s^2");
+  f.number({"pan", "rate of the pan platform"}, limits.pan, rate, "rad/s");
+  f.number({"joints", "rate of each joint of the arm"}, limits.joints, rate, "rad/s");
+  f.number({"pan_min", "end stop of the pan platform"}, limits.pan_min, {-100, 100}, "rad");
+  f.number({"pan_max", "its other end stop, not below pan_min"}, limits.pan_max, {-100, 100},
+           "rad");
+}
+
+}  // namespace
+
+void describe(Fields& f, RobotOptions& robot) {
+  f.choice({"type", "see the table of robots in doc/formats.md", kRequired}, robot.type, robots());
+  f.numbers({"camera_offset",
+             "position of the camera in the robot frame; of a pan-unicycle: in the frame of its "
+             "platform"},
+            robot.camera_offset, {-10, 10}, "m");
+  f.number(
+      {"camera_yaw", "direction of the horizontal optical axis, from robot x towards y (unicycle)"},
+      robot.camera_yaw, ranges::kAngle, "rad");
+  f.number({"pan_axis", "how far the pan axis lies ahead of the wheel axle (pan-unicycle)"},
+           robot.pan_axis, {-10, 10}, "m");
+  f.section({"arm", "of a mobile-manipulator"}, [&](Fields& arm) { describe(arm, robot.arm); });
+  f.section({"initial", "pose at the start", kRequired},
+            [&](Fields& pose) { describe(pose, robot.initial, robot.type); });
+  f.section({"goal",
+             "pose from which the target is seen as desired; this or `control.desired`, exactly "
+             "one (the law profile has none)"},
+            robot.goal, [&](Fields& pose, RobotPose& goal) { describe(pose, goal, robot.type); });
+  f.section({"limits",
+             "of speed and acceleration; all velocities are reduced by a common factor. omni, "
+             "mobile-manipulator and free have no limits of acceleration"},
+            [&](Fields& limits) { describe(limits, robot.limits); });
+  f.number({"lag", "time constant of the drives, first order (unicycle); 0: none"}, robot.lag,
+           {0, 5}, "s");
+}
+
+}  // namespace depthservo

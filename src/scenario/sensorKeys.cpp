@@ -1,0 +1,106 @@
+#include "scenario/keys.h"
+
+namespace depthservo {
+
+using detail::Fields;
+using detail::kOptional;
+using detail::kRequired;
+using detail::Range;
+
+const std::vector<detail::Choice<OdometryMode>>& odometryModes() {
+  static const std::vector<detail::Choice<OdometryMode>> all = {
+      {OdometryMode::measured, "measured"}, {OdometryMode::commanded, "commanded"}};
+  return all;
+}
+
+void describe(Fields& f, CameraOptions& camera) {
+  const Range size{16, 8192}, focal = Range::above(0, 1e5), centre{0, 8191};
+  f.integer({"width", "of the image", kRequired}, camera.width, size, "px");
+  f.integer({"height", "of the image", kRequired}, camera.height, size, "px");
+  f.number({"fx", "focal length, horizontal", kRequired}, camera.fx, focal, "px");
+  f.number({"fy", "focal length, vertical", kRequired}, camera.fy, focal, "px");
+  f.number({"cx", "principal point, in the image", kRequired}, camera.cx, centre, "px");
+  f.number({"cy", "principal point, in the image", kRequired}, camera.cy, centre, "px");
+  f.oneOrMore(
+      {"rate", "images per second; a list [30, 20, 60] gives the intervals between images in turn",
+       kRequired},
+      camera.rate, Range::above(0, 1000), "Hz");
+  f.number({"jitter", "every interval is longer or shorter by up to this fraction of it"},
+           camera.jitter, {0, 0.9}, "");
+  f.number({"dropped", "probability that an image gets lost"}, camera.dropped, {0, 0.9}, "");
+  f.number({"focal_error",
+            "true over given focal length (`fx`, `fy`) - 1; simulated error, the estimator is not "
+            "informed"},
+           camera.focal_error, {-0.5, 0.5}, "");
+  f.number({"focal_sigma", "1 sigma of the focal length, relative, that the estimator is told"},
+           camera.focal_sigma, {0, 1}, "");
+}
+
+namespace {
+
+void describe(Fields& f, HiddenPeriod& hidden) {
+  f.number({"from", "first instant hidden", kRequired}, hidden.from, {0, 3600}, "s");
+  f.number({"to", "first instant seen again, after `from`", kRequired}, hidden.to, {0, 3600}, "s");
+  f.integers({"points", "only these points of the target, by id; empty: all"}, hidden.points,
+             {0, 1e6});
+}
+
+}  // namespace
+
+void describe(Fields& f, SensingOptions& sensing) {
+  f.choice<SensingSource>(
+      {"source", "image: dots are drawn and tracked; geometry: projected points"}, sensing.source,
+      {{SensingSource::geometry, "geometry"}, {SensingSource::image, "image"}});
+  f.choice({"tracker", "must agree with `target.type`", kOptional, "as `target.type`"},
+           sensing.tracker, targetWords());
+  f.number({"pixel_noise",
+            "1 sigma per axis: a measured position is the true projection plus white noise. With "
+            "images every dot is drawn displaced by it"},
+           sensing.pixel_noise, {0, 50}, "px");
+  f.number({"assumed_noise", "1 sigma per axis that the estimator is told", kOptional,
+            "max(pixel_noise, 0.1)"},
+           sensing.assumed_noise, Range::above(0, 50), "px");
+  f.list({"hidden",
+          "times during which points are not seen: `[from, to]` hides all; also `{from, to, "
+          "points}`. With images an occluder is drawn"},
+         sensing.hidden, [](Fields& item, HiddenPeriod& hidden) { describe(item, hidden); },
+         {"from", "to"});
+  f.number({"outliers", "fraction of measurements that are wrong by 5 to 50 px"}, sensing.outliers,
+           {0, 0.5}, "");
+  f.number({"delay", "age of an image when it reaches the controller"}, sensing.delay, {0, 2}, "s");
+  f.number({"latency",
+            "images are stamped so much later than they were taken; simulated error, the estimator "
+            "is not informed"},
+           sensing.latency, {0, 2}, "s");
+  f.number({"gray_noise", "1 sigma, white, of every pixel"}, sensing.gray_noise, {0, 100},
+           "gray levels");
+  f.number({"exposure",
+            "motion blur, not longer than the time between images; the time of an image is the "
+            "middle of the exposure"},
+           sensing.exposure, {0, 1}, "s");
+  f.number({"vignetting", "fraction of the light that is lost in the corners"}, sensing.vignetting,
+           {0, 1}, "");
+  f.flag({"light_on_dark", "light dots on a dark plate"}, sensing.light_on_dark);
+}
+
+void describe(Fields& f, OdometryOptions& odometry) {
+  f.number({"scale", "measured over true linear velocity; Z scales by the same factor"},
+           odometry.scale, {0.1, 10}, "");
+  f.number({"scale_sigma", "1 sigma of the scale that the estimator is told"}, odometry.scale_sigma,
+           {0, 1}, "");
+  f.numbers({"noise", "1 sigma per row, white"}, odometry.noise, {0, 10}, "m/s, rad/s");
+  f.numbers({"gyro_bias",
+             "added to the angular velocity, camera frame; simulated error, the estimator is not "
+             "informed"},
+            odometry.gyro_bias, {-1, 1}, "rad/s");
+  f.number({"rate", "rows per second; they need not fall on images"}, odometry.rate,
+           Range::above(0, 10000), "Hz");
+  f.choice({"mode", "commanded: the estimator gets the exact command, the noise moves the robot"},
+           odometry.mode, odometryModes());
+  f.number({"ticks", "resolution of the wheel encoders (unicycle); 0: perfect"}, odometry.ticks,
+           {0, 0.1}, "m");
+  f.number({"wheel_base", "distance of the wheels, for the ticks"}, odometry.wheel_base,
+           ranges::kLength, "m");
+}
+
+}  // namespace depthservo
