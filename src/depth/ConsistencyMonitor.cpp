@@ -181,6 +181,7 @@ void ConsistencyMonitor::correctSlot(Slot& slot, const PointMeasurement& measure
   detail::innovate(s, measurement.x, measurement.y, r, nu);
   if (p.phase == Phase::behind || !(nu.det > 0 && nu.nis >= 0 && nu.nis < kLargestNis)) {
     countRejected(kCappedNis);
+    excess_ += scoreWeight(kCappedNis) * kCappedNis - 2;  // and no cause explains it
     startSlot(slot, measurement, {1 / range_.clampChi(p.chi)});
     return;
   }

@@ -102,6 +102,7 @@ void MetricsMeter::addPoint(const FeatureRecord& feature, double time_s) {
     metrics_.max_gap_s = std::max(metrics_.max_gap_s, time_s - lastMeasured_s);
   }
   if (feature.measured) lastMeasured_s = time_s;
+  if (feature.estimate.status == DepthStatus::valid) point.last_valid_s = time_s;
 }
 
 void MetricsMeter::keepForImageError(const FrameRecord& frame) {

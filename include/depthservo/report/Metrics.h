@@ -20,6 +20,7 @@ struct PointMetrics {
   /// At the end: images like the last until sigma_Z is 5 % of Z; 0: it is; kUnknown: never.
   double frames_to_5pct = kUnknown;
   double time_to_5pct_s = kUnknown;  ///< when sigma_Z first was 5 % of Z, from the first frame [s]
+  double last_valid_s = kUnknown;    ///< when it was `valid` last, in the log's time [s]
   std::size_t measured_frames = 0, hidden_frames = 0;
   std::size_t rejected_frames = 0;  ///< measured, and contradicting the prediction
   double unexcited_s = 0;           ///< time in which the camera's motion told nothing of it
