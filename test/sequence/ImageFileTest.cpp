@@ -29,7 +29,7 @@ cv::Mat picture(int type) {
   return noise + slope;
 }
 
-std::string bigEndian(unsigned value, int bytes) {
+std::string bigEndian(std::uint64_t value, int bytes) {
   std::string digits;
   for (int i = bytes - 1; i >= 0; --i) digits += static_cast<char>(value >> (8 * i) & 0xFF);
   return digits;
