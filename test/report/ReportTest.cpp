@@ -87,6 +87,14 @@ TEST(Report, loads_nothing_from_elsewhere) {
   EXPECT_EQ(occurrences(report, "sourceMappingURL"), 0u);
 }
 
+/// Its script is made of several files; without one of them the page would stay empty.
+TEST(Report, has_all_of_its_script) {
+  const std::string report = reportOf(test::exampleLog(3));
+  for (const char* part : {"function logTicks(", "function figure(", "function showCharts("}) {
+    EXPECT_EQ(occurrences(report, part), 1u) << part;
+  }
+}
+
 TEST(Report, embeds_the_images_and_goes_without_them) {
   const std::string image = R"(camera image" src="data:image/png;base64,iVBORw0KGgo)";
   EXPECT_EQ(occurrences(reportOf(test::exampleLog()), image), 2u);
