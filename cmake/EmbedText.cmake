@@ -1,10 +1,10 @@
-# cmake -D "PARTS=page=a.html;style=b.css,c.css" -D OUTPUT=Embedded.cpp -P EmbedText.cmake
+# cmake -D "PARTS=page=a.html;style=b.css,c.css" -D OUTPUT=a.cpp -D TYPE=EmbeddedReport -D HEADER=a.h -P EmbedText.cmake
 # Writes the parts, each the concatenation of its files, as the strings of embeddedReport(). References to
 # source maps are cut out: a browser would look for them beside the report.
 
 set(members "")
 foreach(part IN LISTS PARTS)
-  string(REGEX MATCH "^([a-z]+)=(.*)$" matched "${part}")
+  string(REGEX MATCH "^([a-z0-9]+)=(.*)$" matched "${part}")
   set(name ${CMAKE_MATCH_1})
   string(REPLACE "," ";" files "${CMAKE_MATCH_2}")
   string(APPEND members "      /*${name}=*/")
@@ -16,14 +16,15 @@ foreach(part IN LISTS PARTS)
   endforeach()
   string(APPEND members "      ,\n")
 endforeach()
-file(WRITE "${OUTPUT}" "#include \"report/EmbeddedReport.h\"
+string(REGEX REPLACE "^E" "e" function "${TYPE}")
+file(WRITE "${OUTPUT}" "#include \"${HEADER}\"
 
 namespace depthservo {
 
-const EmbeddedReport& embeddedReport() {
-  static const EmbeddedReport report = {
+const ${TYPE}& ${function}() {
+  static const ${TYPE} embedded = {
 ${members}  };
-  return report;
+  return embedded;
 }
 
 }  // namespace depthservo

@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <csignal>
+#include <cstdio>
 
 #include "commands.h"
 #include "depthservo/text/InterruptWatch.h"
@@ -67,4 +68,8 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace depthservo
 
-int main(int argc, char** argv) { return depthservo::run(argc, argv); }
+int main(int argc, char** argv) {
+  // Data and words may go to the same file: whole lines, in their order.
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
+  return depthservo::run(argc, argv);
+}

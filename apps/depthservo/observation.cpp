@@ -291,10 +291,8 @@ bool foundNothing(const RunLog& log, const Metrics& metrics) {
   if (metrics.points_seen > 0) return false;
   fmt::print(stderr,
              "{}: no point was found in any of the {} images: are tracker, target, tag family and "
-             "start positions those of these images?
-             ",
-             log.name,
-             metrics.frames);
+             "start positions those of these images?\n",
+             log.name, metrics.frames);
   return true;
 }
 

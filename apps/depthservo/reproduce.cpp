@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <cstdio>
 #include <memory>
 
 #include "ProgressBar.h"
@@ -22,8 +20,7 @@ struct ReproduceArguments {
 };
 
 std::vector<std::string> names() {
-  std::vector<std::string> names;
-  for (const Paper& paper : papers()) names.push_back(paper.name);
+  std::vector<std::string> names = paperNames();
   names.push_back("all");
   return names;
 }
@@ -38,9 +35,11 @@ std::vector<Paper> papersNamed(const std::string& name) {
 }
 
 void printTable(const std::vector<ReproduceRow>& rows) {
+  fmt::print("{:4} {:<44} {:>12} {:>12} {:<8} {:<12} {}\n", "", "figure", "expected", "ours",
+             "unit", "within", "claim");
   for (const ReproduceRow& row : rows) {
-    fmt::print("{:4} {:<44} {:>12.6g} {:>12.6g} {:<6} {}\n", row.pass ? "ok" : "FAIL", row.id,
-               row.expected, row.ours, row.unit, row.claim);
+    fmt::print("{:4} {:<44} {:>12.6g} {:>12.6g} {:<8} {:<12} {}\n", row.pass ? "ok" : "FAIL",
+               row.id, row.expected, row.ours, row.unit, row.tolerance, row.claim);
     if (!row.reproduces) fmt::print("     does not reproduce: {}\n", row.note);
   }
 }
@@ -53,7 +52,7 @@ int reproduce(const ReproduceArguments& arguments) {
   for (const Paper& paper : chosen) {
     ProgressBar bar(fmt::format("reproduce {}", paper.name));
     bar.show(static_cast<double>(reproduced.size()) / static_cast<double>(chosen.size()));
-    reproduced.push_back({paper, paper.reproduce(arguments.options)});
+    reproduced.push_back({paper, depthservo::reproduce(paper.name, arguments.options)});
     const auto& more = reproduced.back().result.rows;
     rows.insert(rows.end(), more.begin(), more.end());
   }
@@ -64,10 +63,9 @@ int reproduce(const ReproduceArguments& arguments) {
     fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   }
   arguments.json ? fmt::print("{}\n", toJson(rows)) : printTable(rows);
-  std::fflush(stdout);  // before what follows on stderr, where both go to one file
-  const auto passed = std::count_if(rows.begin(), rows.end(), [](const auto& r) { return r.pass; });
-  fmt::print(stderr, "{} of {} figures agree\n", passed, rows.size());
-  return passed == static_cast<std::ptrdiff_t>(rows.size()) ? kMet : kNotMet;
+  const ReproductionCount count(rows);
+  fmt::print(stderr, "{}\n", count.text());
+  return count.agreeing == count.rows ? kMet : kNotMet;
 }
 
 }  // namespace

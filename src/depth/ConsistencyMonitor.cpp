@@ -58,6 +58,9 @@ constexpr double kRivals = 0.8;
 constexpr double kManyRejected = 0.15;
 constexpr double kUnexplained = 0.5;
 
+/// The same where hardly a measurement is accepted: then nearly all must be explained.
+constexpr double kUnexplainedOfAll = 0.1;
+
 /// Measurements without which there is no verdict.
 constexpr int kFewestValues = ConsistencyMonitor::kFewestValues;
 
@@ -357,7 +360,8 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
   const double explained = judgeModel(d);
   const bool manyRejected = far_ > kManyRejected * measured_;
   const bool areOutliers = nis.mean < kOthersAgree && rejected_ > kUnexplained * far_;
-  if (manyRejected && !areOutliers && explained < (1 - kUnexplained) * excess_) {
+  const double mayRemain = d.values < kFewestValues ? kUnexplainedOfAll : kUnexplained;
+  if (manyRejected && !areOutliers && explained < (1 - mayRemain) * excess_) {
     d.cause = Cause::motion;
     d.rival = Cause::none;
     d.size = far_ / measured_;
@@ -376,10 +380,9 @@ double ConsistencyMonitor::judgeModel(Diagnosis& d) const {
   Cause secondCause = Cause::none;
   const auto consider = [&](Cause cause, int first, int count) {
     const Fit fit = fitted(first, count);
-    const bool isTooLarge =
-        (cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal) ||
-        (cause == Cause::gyroBias && fit.size > kLargestGyroBias) ||
-        (cause == Cause::latency && std::abs(fit.size) > kLargestLatency);
+    const bool isTooLarge = (cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal) ||
+                            (cause == Cause::gyroBias && fit.size > kLargestGyroBias) ||
+                            (cause == Cause::latency && std::abs(fit.size) > kLargestLatency);
     const bool isCovered = fit.explained < kLeastExplained;
     if (isTooLarge || isCovered || fit.evidence < options_.evidence) return;
     const bool isTooSmall =

@@ -1,15 +1,16 @@
 #include "papers/DeLuca2008.h"
 
+#include "papers/runPapers.h"
+
 namespace depthservo {
 
-Reproduction reproduceDeLuca2008(const ReproduceOptions& options) {
-  Rows rows("deluca2008/");
-  std::vector<Figure> figures;
-  deluca2008::addDepthExperiments(rows, figures, options);
-  deluca2008::addArmExperiments(rows, figures, options);
-  deluca2008::addFocalExperiments(rows, figures, options);
-  deluca2008::addServoExperiments(rows, figures, options);
-  return {rows.take(), std::move(figures)};
+Experiments runDeLuca2008(const ReproduceOptions& options) {
+  Experiments r;
+  deluca2008::addDepthExperiments(r, options);
+  deluca2008::addArmExperiments(r, options);
+  deluca2008::addFocalExperiments(r, options);
+  deluca2008::addServoExperiments(r, options);
+  return r;
 }
 
 }  // namespace depthservo

@@ -183,109 +183,58 @@ std::vector<Excitation> excitations(const Experiment& x) {
   return all;
 }
 
-void numericalRows(Rows& rows) {
+void addNumericalExample(Measurements& measured) {
   const double focal_px = 128;
   const Samples printed = continuous(numericalExample(5000));
-  struct Limit {
-    double limit_px, expected_s;
-  };
-  for (const Limit& l : {Limit{10, .15}, {1.28, .51}, {.1, 1.54}}) {
-    ReproduceRow& row = rows.addWithin(
-        fmt::format("5.2/printed/below-{:g}", l.limit_px),
-        fmt::format("lambda within {:g} px after, k_3 = 5000, k_4 = 1 as printed", l.limit_px),
-        l.expected_s, settled(printed, focal_px, l.limit_px), "s", 0.05 * l.expected_s);
-    if (l.limit_px > 5) continue;
-    row.paper = "about 4 s";
-    row.reproduces = false;
-    row.note = "the printed gains are faster than the printed figure, which k_3 = 500 or 700 draw";
+  for (const double limit_px : {10., 1.28, .1}) {
+    measured.add(fmt::format("5.2/printed/below-{:g}", limit_px),
+                 settled(printed, focal_px, limit_px));
   }
-  const double expected_px[2][5] = {{49.7, 19.3, 9.7, 5.0, 1.9}, {34, 9.1, 3.5, 1.4, .35}};
-  const double lastDigit_px[2][5] = {{.1, .1, .1, .1, .1}, {.5, .1, .1, .1, .01}};
-  for (int g = 0; g < 2; ++g) {
-    const double k_3 = g == 0 ? 500 : 700;
+  for (const int k_3 : {500, 700}) {
     const Samples exact = continuous(numericalExample(k_3));
     const Samples ours = observed(numericalExample(k_3));
     bool isAhead = true;
     for (int s = 1; s <= 5; ++s) {
       const double error_px = focal_px - focalAt(exact, s);
-      ReproduceRow& row =
-          rows.addWithin(fmt::format("5.2/k3-{:g}/at-{}s", k_3, s),
-                         fmt::format("error of lambda at {} s, k_3 = {:g}", s, k_3),
-                         expected_px[g][s - 1], error_px, "px", lastDigit_px[g][s - 1]);
-      if (s == 4) row.paper = "done at about 4 s";
+      measured.add(fmt::format("5.2/k3-{}/at-{}s", k_3, s), error_px);
       isAhead = isAhead && std::abs(focal_px - focalAt(ours, s)) <= std::abs(error_px);
     }
-    rows.addTruth(fmt::format("5.2/k3-{:g}/observer-30Hz", k_3),
-                  fmt::format("the library's observer at 30 Hz is never behind, k_3 = {:g}", k_3),
-                  isAhead);
+    measured.add(fmt::format("5.2/k3-{}/observer-30Hz", k_3), isAhead);
   }
-  rows.addTruth("5.2/printed/euler-30Hz", "printed gains, 30 Hz: Euler's method diverges",
-                diverges(euler(numericalExample(5000))));
-  rows.addTruth("5.2/printed/observer-30Hz",
-                "printed gains, 30 Hz: the library's observer is within 1 % in 0.51 s",
-                settled(observed(numericalExample(5000)), focal_px, 1.28) <= 0.51);
+  measured.add("5.2/printed/euler-30Hz", diverges(euler(numericalExample(5000))));
+  measured.add("5.2/printed/observer-30Hz",
+               settled(observed(numericalExample(5000)), focal_px, 1.28) <= 0.51);
 
   const auto excited = excitations(numericalExample(500));
-  for (int s : {1, 3, 5}) {
+  for (const int s : {1, 3, 5}) {
     const Excitation& e = excited[static_cast<std::size_t>(1000 * s)];
-    ReproduceRow& row = rows.addWithin(fmt::format("5.2/sigma-min/at-{}s", s),
-                                       fmt::format("least singular value of Omega at {} s", s), 0,
-                                       e.sigma_min, "rad/s", 1e-9);
-    row.paper = "flat at 1 and 3 s";
-    row.pass = row.reproduces = row.pass && std::abs(e.eta1) + std::abs(e.eta2) < 1e-9;
-    row.note = "eta1 = eta2 = 0";
+    const bool isStill = std::abs(e.eta1) + std::abs(e.eta2) < 1e-9;
+    measured.add(fmt::format("5.2/sigma-min/at-{}s", s), isStill ? e.sigma_min : kNever);
   }
-  for (int s : {2, 4}) {
+  for (const int s : {2, 4}) {
     const auto from = excited.begin() + 1000 * (s - 1), to = from + 2000;
     const auto best = std::max_element(from, to, [](const Excitation& a, const Excitation& b) {
       return a.sigma_min < b.sigma_min;
     });
-    rows.addWithin(
-            fmt::format("5.2/sigma-min/peak-{}s", s),
-            fmt::format("greatest least singular value between {} and {} s, at", s - 1, s + 1), s,
-            best->t, "s", 0.3)
-        .paper = "fast drops near t = 2";
+    measured.add(fmt::format("5.2/sigma-min/peak-{}s", s), best->t);
   }
 }
 
-void unicycleRows(Rows& rows) {
-  const double focal_px = 1096;
-  struct Case {
-    double Z, expected_px;
-  };
-  for (const Case& c : {Case{1, 1172}, {2, 1134}, {4, 1115}, {20, 1099}}) {
-    const double law_px = focal_px * (1 + kLever_m / c.Z);
-    const double ours_px = continuous(onUnicycle(c.Z)).back().focal_px;
-    const double at30Hz_px = observed(onUnicycle(c.Z)).back().focal_px;
-    ReproduceRow& row = rows.addWithin(fmt::format("7.1/bias/Z-{:g}", c.Z),
-                                       fmt::format("lambda after a minute, point at {:g} m", c.Z),
-                                       c.expected_px, ours_px, "px", 1);
-    row.paper = "1092.32 px, 0.34 % below 1096";
-    row.reproduces = false;
-    row.note = "the camera is 7 cm ahead of the axis: lambda (1 + 0.07/Z) is above, never below";
-    rows.addWithin(fmt::format("7.1/bias/Z-{:g}/law", c.Z), "lambda (1 + rx/Z) predicts it", law_px,
-                   ours_px, "px", 1);
-    rows.addWithin(fmt::format("7.1/bias/Z-{:g}/observer-30Hz", c.Z),
-                   "the same from the library's observer at 30 Hz", law_px, at30Hz_px, "px", 1);
-    rows.addWithin(fmt::format("7.1/bias/Z-{:g}/compensated", c.Z),
-                   "lambda with the lever arm compensated, 30 Hz", focal_px,
-                   compensatedFocal(at30Hz_px, kLever_m, c.Z), "px", 1);
+void addUnicycle(Measurements& measured) {
+  for (const int Z : {1, 2, 4, 20}) {
+    const std::string id = fmt::format("7.1/bias/Z-{}", Z);
+    const double ours_px = continuous(onUnicycle(Z)).back().focal_px;
+    const double at30Hz_px = observed(onUnicycle(Z)).back().focal_px;
+    measured.add(id, ours_px);
+    measured.add(id + "/law", ours_px);
+    measured.add(id + "/observer-30Hz", at30Hz_px);
+    measured.add(id + "/compensated", compensatedFocal(at30Hz_px, kLever_m, Z));
   }
   const Samples exact = continuous(onUnicycle(2));
-  for (const auto& [time_s, expected_px] : {std::pair{5, 768.}, {10, 995.}, {20, 1117.}}) {
-    rows.add(fmt::format("7.1/at-{}s", time_s), fmt::format("lambda at {} s, point at 2 m", time_s),
-             expected_px, focalAt(exact, time_s), "px", 0.05)
-        .note = "where the point starts is printed in part only";
-  }
-  ReproduceRow& settles = rows.addTruth("7.1/settled", "within 1 % of its end after 30 s",
-                                        settled(exact, exact.back().focal_px, 11) <= 30);
-  settles.paper = "settles at about 30 s";
-  rows.addTruth("7.1/euler-30Hz", "printed k_4 = 0.01, 30 Hz: Euler's method diverges",
-                diverges(euler(onUnicycle(2))))
-      .note = "printed with the frame rate of a camera";
-  rows.addWithin("7.1/euler-30Hz/small-k4", "k_4 = 1e-5, 30 Hz: Euler's method, after a minute",
-                 focal_px * (1 + kLever_m / 2), euler(onUnicycle(2, 1e-5)).back().focal_px, "px",
-                 3);
+  for (const int s : {5, 10, 20}) measured.add(fmt::format("7.1/at-{}s", s), focalAt(exact, s));
+  measured.add("7.1/settled", settled(exact, exact.back().focal_px, 11) <= 30);
+  measured.add("7.1/euler-30Hz", diverges(euler(onUnicycle(2))));
+  measured.add("7.1/euler-30Hz/small-k4", euler(onUnicycle(2, 1e-5)).back().focal_px);
 }
 
 Curve curve(const Samples& samples, const std::string& title) {
@@ -297,12 +246,6 @@ Curve curve(const Samples& samples, const std::string& title) {
 Figure numericalFigure() {
   Figure figure;
   figure.name = "focal-length";
-  figure.title = "Focal length, section 5.2: a camera that turns";
-  figure.caption =
-      "The focal length from the guess 0; the truth is 128 px. With the printed gains it is there "
-      "within half a second, not four; the printed curve is that of a ten times smaller k_3, flat "
-      "where eta1 = eta2 = 0 (a sign change of eta2 alone is over at once). The library's observer "
-      "needs no more than 30 images per second.";
   figure.columns = 2;
   Panel focal = Panel::labelled("lambda, differential equation", "time [s]", "lambda [px]");
   Panel sampledFocal =
@@ -334,12 +277,6 @@ Figure numericalFigure() {
 Figure unicycleFigure() {
   Figure figure;
   figure.name = "focal-length-unicycle";
-  figure.title = "Focal length, section 7.1: on the unicycle, camera 7 cm ahead of its axis";
-  figure.caption =
-      "A unicycle turns to and fro on the spot. The estimate settles after half a minute, on "
-      "lambda (1 + 0.07 m/Z) instead of the true 1096 px (black): the nearer the point, the more "
-      "its image also moves because the camera does. With Z known the factor is divided out. "
-      "Right: Euler's method at 30 Hz with the printed k_4, and the law against the simulation.";
   figure.columns = 2;
   Panel focal =
       Panel::labelled("lambda at 30 Hz, the library's observer", "time [s]", "lambda [px]");
@@ -373,11 +310,11 @@ Figure unicycleFigure() {
 
 }  // namespace
 
-void addFocalExperiments(Rows& rows, std::vector<Figure>& figures, const ReproduceOptions&) {
-  numericalRows(rows);
-  unicycleRows(rows);
-  figures.push_back(numericalFigure());
-  figures.push_back(unicycleFigure());
+void addFocalExperiments(Experiments& r, const ReproduceOptions&) {
+  addNumericalExample(r.measured);
+  addUnicycle(r.measured);
+  r.figures.push_back(numericalFigure());
+  r.figures.push_back(unicycleFigure());
 }
 
 }  // namespace depthservo::deluca2008

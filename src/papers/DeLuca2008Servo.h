@@ -4,28 +4,20 @@
 #include <vector>
 
 #include "depthservo/camera/PinholeCamera.h"
-#include "depthservo/robots/UnicycleCamera.h"
-#include "depthservo/target/DotTarget.h"
+#include "depthservo/rig/SimulatedRigOptions.h"
 
 /// The servo of a unicycle before a plate of four dots, De Luca, Oriolo, Robuffo Giordano 2008,
 /// sec. 7.2 (points) and 7.3 (moments), simulated on exact geometry or through images.
 namespace depthservo::deluca2008 {
 
-/// Camera, plate and goal of an experiment. World frame: z up; the plate stands at the origin and
+/// Camera, plate and goal of an experiment. Dots in the order of the paper's pixels: bottom left,
+/// bottom right, top right, top left. World frame: z up; the plate stands at the origin and
 /// faces the -x direction.
 struct Arrangement {
   PinholeCamera camera;
   double width, height;            ///< of the plate, from dot to dot [m]
   double below;                    ///< height of the camera above the middle of the plate [m]
   double X_goal, Z_goal, heading;  ///< middle of the plate in the camera at the goal [m, m, rad]
-
-  /// Dots in the order of the paper's pixels: bottom left, bottom right, top right, top left.
-  DotTarget target() const;
-  Eigen::Isometry3d wMo() const;
-  UnicycleCamera robot() const;
-
-  /// Pose of the robot from which the middle of the plate is at (X, Z) in the camera.
-  UnicycleCamera::Pose pose(double X, double Z, double heading_rad) const;
 };
 
 /// The paper does not say how large its images are.
@@ -71,23 +63,26 @@ std::vector<Start> startsOfTables(const Arrangement& arrangement, double Z);
 /// The 63 starts of the search for the published contrast: 9 lateral positions, 7 headings.
 std::vector<Start> startsOfSearch(const Arrangement& arrangement);
 
+/// The robot before the plate, its odometry by wheel encoders.
+SimulatedRigOptions rigOptions(const Arrangement& arrangement, const Start& start,
+                               const Circumstances& circumstances = {});
+
 /// One instant of a run.
 struct Instant {
   double time_s;
   std::vector<Eigen::Vector2d> pixels;  ///< true positions of the dots
   std::vector<double> Z, Z_used;        ///< of each dot, true and as the servo has it [m]
-  UnicycleCamera::Pose pose;
-  Eigen::Vector2d velocity;  ///< v [m/s], w [rad/s]
 };
 
 /// How a run ended: after 40 s, or when a dot left the image.
 struct Course {
   bool stayedInImage = false;
   double end_s = 0;
-  double rms_px = 0;          ///< of the dots' distances from the goal
-  double barycentre_px = 0;   ///< of its distance from the goal
-  double ZRatio = 0;          ///< depth of the middle of the plate over that at the goal
-  std::vector<Instant> path;  ///< when asked for
+  double rms_px = 0;                  ///< of the dots' distances from the goal
+  double barycentre_px = 0;           ///< of its distance from the goal
+  double ZRatio = 0;                  ///< depth of the middle of the plate over that at the goal
+  std::vector<Eigen::Vector2d> goal;  ///< of the dots [px]
+  std::vector<Instant> path;          ///< when asked for
 
   /// Sec. 8.5 and 8.6 of the specification: at the goal, as far as this robot gets there.
   bool reachedPoints() const { return stayedInImage && rms_px < 15; }

@@ -1,111 +1,57 @@
 #include <Eigen/QR>
+#include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <memory>
-#include <random>
+#include <deque>
+#include <limits>
 #include <thread>
 
-#include "depthservo/depth/ConstantDepth.h"
-#include "depthservo/depth/NonlinearDepthObserver.h"
-#include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/features/FeatureMoments.h"
-#include "depthservo/simulation/SyntheticCamera.h"
+#include "depthservo/rig/SimulatedRig.h"
 #include "depthservo/tracking/DotTracker.h"
-#include "depthservo/visp/using.h"
 #include "features/pointInteraction.h"
 #include "observation/expectedPoints.h"
+#include "observation/makeEstimator.h"
 #include "papers/DeLuca2008Servo.h"
-#include "robots/wheels.h"
+#include "papers/EulerObserver.h"
+#include "robots/cameraJacobian.h"
 
 namespace depthservo::deluca2008 {
 namespace {
 
 constexpr int kDots = 4;
-constexpr double kPeriod_s = 1. / 30, kDuration_s = 40;
+constexpr double kRate_Hz = 30, kDuration_s = 40;
 constexpr double kGain = 0.57, kObserverGain = 48;
 constexpr double kFocal_px = 1096;
+const Eigen::Vector2d kOffset(0.07, 0.02);       // of the camera on the robot [m]
 constexpr double kCameraHeight = 0.13;           // above the floor [m]
 constexpr double kNoise_px = 0.4;                // per axis
 constexpr double kTick = 1e-4;                   // of the wheel encoders [m]
 constexpr double kWheelBase = 0.36;              // [m]
 constexpr double kSpeed = 0.7, kTurnRate = 0.8;  // limits [m/s, rad/s]
-constexpr double kMomentScale = 0.2;             // of the third moment feature: about 1 at the goal
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+constexpr double kMomentScale = 0.2;  // of the third moment feature: about 1 at the goal
 constexpr double kDotRadius = 0.008;  // [m]; small: a dot is lost as soon as the border cuts it
 constexpr double kZ_max = 20;         // [m]
 
-/// The paper's observer by Euler's method: the state of image k + 1 from the measurement of image k
-/// and the twist between both.
-class EulerObserver : public DepthEstimator {
- public:
-  EulerObserver(double k_3, const DepthRange& range) : k_3_(k_3), range_(range) {}
-
-  std::unique_ptr<DepthEstimator> clone() const override {
-    return std::make_unique<EulerObserver>(*this);
-  }
-  void reset(const PointMeasurement& measurement, const DepthPrior& prior) override {
-    measured_ << measurement.x, measurement.y;
-    estimated_ = measured_;
-    chi_ = range_.clampChi(1 / prior.Z);
-  }
-  void predict(const Motion& motion) override {
-    const Twist u = motion.twist();
-    const Eigen::Vector3d &v = u.linear, &w = u.angular;
-    const double x = measured_.x(), y = measured_.y(), dt = motion.dt;
-    const Eigen::Vector2d Omega(-v.x() + x * v.z(), -v.y() + y * v.z());
-    const Eigen::Vector2d drift(x * y * w.x() - (1 + x * x) * w.y() + y * w.z(),
-                                (1 + y * y) * w.x() - x * y * w.y() - x * w.z());
-    const Eigen::Vector2d e = measured_ - estimated_;
-    estimated_ += dt * (drift + Omega * chi_ + kObserverGain * e);
-    const double rate = chi_ * chi_ * v.z() + chi_ * (y * w.x() - x * w.y()) + k_3_ * Omega.dot(e);
-    chi_ = range_.clampChi(chi_ + dt * rate);
-  }
-  void correct(const PointMeasurement& measurement) override {
-    measured_ << measurement.x, measurement.y;
-  }
-  void correctDepth(const DepthPrior&) override {}
-  DepthEstimate estimate() const override {
-    DepthEstimate e;
-    e.x = measured_.x();
-    e.y = measured_.y();
-    e.chi = chi_;
-    e.status = DepthStatus::converging;
-    return e;
-  }
-
- private:
-  double k_3_;
-  DepthRange range_;
-  Eigen::Vector2d measured_ = Eigen::Vector2d::Zero(), estimated_ = Eigen::Vector2d::Zero();
-  double chi_ = 1;
-};
-
-std::unique_ptr<PointSetEstimator> makeEstimator(const Method& method) {
-  const DepthRange range{method.Z_min, kZ_max};
-  const DepthPrior prior{method.guess};
-  NonlinearObserverOptions options;
-  options.gains = {kObserverGain, method.k_3};
-  switch (method.depth) {
-    case DepthSource::observer:
-      return std::make_unique<PointwiseEstimator>(NonlinearDepthObserver(options, range), kDots,
-                                                  prior, range);
-    case DepthSource::object:
-      return std::make_unique<ObjectDepthObserver>(kDots, options, prior, range);
-    case DepthSource::euler:
-      return std::make_unique<PointwiseEstimator>(EulerObserver(method.k_3, range), kDots, prior,
-                                                  range);
-    case DepthSource::truth:
-    case DepthSource::constant:
-      break;
-  }
-  return std::make_unique<PointwiseEstimator>(ConstantDepth(), kDots, prior);
+std::unique_ptr<PointSetEstimator> estimatorOf(const Method& method) {
+  EstimatorSetup setup;
+  setup.depth.estimator =
+      method.depth == DepthSource::observer || method.depth == DepthSource::object
+          ? EstimatorKind::nonlinear
+          : EstimatorKind::constant;
+  setup.depth.object = method.depth == DepthSource::object;
+  setup.depth.initial = method.guess;
+  setup.depth.gains.k = kObserverGain;
+  setup.depth.gains.k_3 = method.k_3;
+  setup.depth.Z_min = method.Z_min;
+  setup.depth.Z_max = kZ_max;
+  if (method.depth != DepthSource::euler) return makeEstimator(setup, kDots);
+  const DepthRange range = setup.depth.range();
+  return std::make_unique<PointwiseEstimator>(EulerObserver(setup.depth.gains.observer(), range),
+                                              kDots, DepthPrior{method.guess}, range);
 }
-
-/// The dots as the camera sees them.
-struct View {
-  std::vector<Eigen::Vector2d> pixels;
-  std::vector<double> Z;
-};
 
 /// Features by the rows of their errors and interaction matrices.
 struct Task {
@@ -113,116 +59,74 @@ struct Task {
   Eigen::Matrix<double, Eigen::Dynamic, 6> L;
 };
 
+Eigen::Vector2d pixelOf(const TruePoint& point) { return {point.u, point.v}; }
+
+/// The loop of the paper, without what the product adds to it: no prediction over a delay, no
+/// slowing down in doubt, no outcome but the border of the image; and fast enough for 5000 runs.
 class ServoRun {
  public:
   ServoRun(const Arrangement& arrangement, const Start& start, const Method& method,
            const Circumstances& circumstances)
-      : arrangement_(arrangement),
+      : camera_(arrangement.camera),
+        Z_goal_(arrangement.Z_goal),
         method_(method),
-        circumstances_(circumstances),
-        camera_(arrangement.camera, arrangement.target()),
-        wMo_(arrangement.wMo()),
-        robot_(arrangement.robot()),
-        estimator_(makeEstimator(method)),
-        random_(circumstances.seed),
+        rig_(rigOptions(arrangement, start, circumstances)),
+        J_(cameraJacobian(*rig_.robot())),
+        estimator_(estimatorOf(method)),
         moments_(kMomentScale),
-        desiredMoments_(kMomentScale) {
-    robot_.setPose(arrangement.pose(arrangement.X_goal, arrangement.Z_goal, arrangement.heading));
-    goal_ = look();
+        desiredMoments_(kMomentScale),
+        goal_(rig_.truthAtGoal()),
+        commands_(static_cast<std::size_t>(circumstances.delay), Eigen::Vector2d::Zero()),
+        seen_(kDots) {
     std::vector<PointState> points;
-    for (std::size_t i = 0; i < kDots; ++i) {
-      const Eigen::Vector2d s = normalised(goal_.pixels[i]);
-      points.push_back({s.x(), s.y(), 1 / goal_.Z[i]});
+    for (const TruePoint& point : goal_) {
+      const Eigen::Vector2d s = camera_.normalise(point.u, point.v);
+      points.push_back({s.x(), s.y(), 1 / point.Z});
     }
     desiredMoments_.buildFrom(points);
-    robot_.setPose(arrangement.pose(start.X, start.Z, start.heading));
-    UnicycleLimits limits;
-    if (circumstances.isSpeedLimited) {
-      limits.v = kSpeed;
-      limits.w = kTurnRate;
-    }
-    robot_.setLimits(limits);
-    robot_.setLag(circumstances.lag_s);
-    if (circumstances.throughImages) {
-      tracker_ = std::make_unique<DotTracker>(look().pixels);
-      image_.resize(static_cast<unsigned>(arrangement.camera.height),
-                    static_cast<unsigned>(arrangement.camera.width));
-    }
-    commands_.assign(static_cast<std::size_t>(circumstances.delay), Eigen::Vector2d::Zero());
-    seen_.resize(kDots);
+    if (!circumstances.throughImages) return;
+    std::vector<Eigen::Vector2d> starts;
+    for (const TruePoint& point : rig_.truth()) starts.push_back(pixelOf(point));
+    tracker_.emplace(starts);
   }
 
   Course run(Keep keep) {
     Course course;
-    View now = look();
-    const int frames = static_cast<int>(std::lround(kDuration_s / kPeriod_s));
-    for (int frame = 0; frame <= frames; ++frame) {
-      now = look();
-      course.end_s = frame * kPeriod_s;
-      if (!isInImage(now)) return ended(course, now);
-      observe(now, frame);
-      if (keep == Keep::everything) course.path.push_back(instant(now, course.end_s));
-      move(command(task()), course.end_s);
+    while (const auto exposure = rig_.next(nullptr)) {
+      course.end_s = exposure->time_s;
+      truth_ = exposure->truth;
+      if (!isInImage()) return ended(course);
+      observe(*exposure);
+      if (keep == Keep::everything) course.path.push_back(instant(exposure->time_s));
+      commands_.push_back(command(task()));
+      rig_.command(commands_.front());
+      commands_.pop_front();
     }
     course.stayedInImage = true;
-    return ended(course, now);
+    return ended(course);
   }
 
  private:
-  Eigen::Vector2d normalised(const Eigen::Vector2d& pixel) const {
-    return arrangement_.camera.normalise(pixel.x(), pixel.y());
-  }
-
-  View look() const {
-    const Eigen::Isometry3d cMo = robot_.wMc().inverse() * wMo_;
-    View view;
-    for (std::size_t i = 0; i < kDots; ++i) {
-      const Eigen::Vector3d p = cMo * camera_.target().points[i];
-      view.pixels.push_back(arrangement_.camera.toPixel(p.x() / p.z(), p.y() / p.z()));
-      view.Z.push_back(p.z());
-    }
-    return view;
-  }
-
-  bool isInImage(const View& view) const {
-    for (std::size_t i = 0; i < kDots; ++i) {
-      const Eigen::Vector2d& p = view.pixels[i];
-      if (!(view.Z[i] > 0) || !arrangement_.camera.contains(p.x(), p.y())) return false;
-    }
-    return true;
+  bool isInImage() const {
+    return std::all_of(truth_.begin(), truth_.end(), [&](const TruePoint& point) {
+      return point.Z > 0 && camera_.contains(point.u, point.v);
+    });
   }
 
   /// Measures the dots, and gives the servo their positions and depths.
-  void observe(const View& truth, int frame) {
-    const double time_s = frame * kPeriod_s;
-    const double sigma = kNoise_px / kFocal_px;
-    std::vector<Eigen::Vector2d> noise;
-    for (std::size_t i = 0; i < kDots; ++i) {
-      noise.emplace_back(kNoise_px * gaussian_(random_), kNoise_px * gaussian_(random_));
+  void observe(const Exposure& exposure) {
+    rig_.readOdometry(odometry_, exposure.time_s);
+    std::vector<TrackedPoint> points = exposure.points;
+    if (tracker_) {
+      points = tracker_->track(exposure.image, expectedPoints(*estimator_, {0, 1, 2, 3}, odometry_,
+                                                              exposure.time_s, camera_));
     }
     observations_.clear();
-    if (tracker_) {
-      SyntheticView view;
-      view.cMo = robot_.wMc().inverse() * wMo_;
-      view.displacement = noise;
-      view.frame = static_cast<std::uint64_t>(frame);
-      camera_.render(view, image_);
-      std::vector<ExpectedPoint> expected;
-      if (frame > 0) {
-        expected =
-            expectedPoints(*estimator_, {0, 1, 2, 3}, odometry_, time_s, arrangement_.camera);
-      }
-      for (const TrackedPoint& point : tracker_->track(image_, expected)) {
-        const Eigen::Vector2d s = arrangement_.camera.normalise(point.u, point.v);
-        observations_.push_back({point.id, {s.x(), s.y(), sigma}});
-      }
-    } else {
-      for (std::size_t i = 0; i < kDots; ++i) {
-        const Eigen::Vector2d s = normalised(truth.pixels[i] + noise[i]);
-        observations_.push_back({static_cast<int>(i), {s.x(), s.y(), sigma}});
-      }
+    for (const TrackedPoint& point : points) {
+      const Eigen::Vector2d s = camera_.normalise(point.u, point.v);
+      observations_.push_back({point.id, {s.x(), s.y(), kNoise_px / kFocal_px}});
     }
-    estimator_->advance(odometry_, time_s);
+    estimator_->advance(odometry_, exposure.time_s);
     estimator_->correct(observations_);
     for (std::size_t i = 0; i < kDots; ++i) seen_[i] = estimator_->estimate(static_cast<int>(i));
     for (const auto& [id, measurement] : observations_) {
@@ -231,7 +135,7 @@ class ServoRun {
       point.y = measurement.y;
     }
     if (method_.depth == DepthSource::truth) {
-      for (std::size_t i = 0; i < kDots; ++i) seen_[i].chi = 1 / truth.Z[i];
+      for (std::size_t i = 0; i < kDots; ++i) seen_[i].chi = 1 / truth_[i].Z;
     }
   }
 
@@ -242,8 +146,7 @@ class ServoRun {
       task.L.resize(2 * kDots, 6);
       for (int i = 0; i < kDots; ++i) {
         const DepthEstimate& p = seen_[static_cast<std::size_t>(i)];
-        task.error.segment<2>(2 * i) =
-            Eigen::Vector2d(p.x, p.y) - normalised(goal_.pixels[static_cast<std::size_t>(i)]);
+        task.error.segment<2>(2 * i) = Eigen::Vector2d(p.x, p.y) - goal(i);
         task.L.middleRows<2>(2 * i) = pointInteraction({p.x, p.y, p.chi});
       }
       return task;
@@ -251,8 +154,8 @@ class ServoRun {
     moments_.update(seen_);
     task.error.resize(3);
     task.L.resize(3, 6);
-    const vpColVector error = moments_.error(desiredMoments_);
-    const vpMatrix L = moments_.interaction();
+    const auto error = moments_.error(desiredMoments_);
+    const auto L = moments_.interaction();
     for (unsigned row = 0; row < 3; ++row) {
       const bool isSize = row == 2;
       const double weight = method_.features == FeatureChoice::moments ? 1
@@ -264,66 +167,55 @@ class ServoRun {
     return task;
   }
 
+  /// Normalised.
+  Eigen::Vector2d goal(int i) const {
+    const TruePoint& point = goal_[static_cast<std::size_t>(i)];
+    return camera_.normalise(point.u, point.v);
+  }
+
   Eigen::Vector2d command(const Task& task) const {
-    Eigen::Matrix<double, 6, 2> J_c;
-    for (int j = 0; j < 2; ++j) {
-      const Twist twist = robot_.cameraTwist(Eigen::Vector2d::Unit(j));
-      J_c.col(j) << twist.linear, twist.angular;
-    }
-    const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, 2 * kDots, 2> J = task.L * J_c;
+    const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, 2 * kDots, 2> J = task.L * J_;
     const Eigen::Vector2d wanted = -kGain * J.completeOrthogonalDecomposition().solve(task.error);
     return wanted.allFinite() ? wanted : Eigen::Vector2d::Zero();
   }
 
-  void move(const Eigen::Vector2d& wanted, double time_s) {
-    commands_.push_back(wanted);
-    const Eigen::Vector2d wheelsBefore = counted();
-    const Eigen::Vector2d velocity = robot_.drive(commands_.front(), kPeriod_s);
-    commands_.erase(commands_.begin());
-    wheels_ += kPeriod_s * wheelSpeeds(velocity, kWheelBase);
-    const Eigen::Vector2d rolled = (counted() - wheelsBefore) / kPeriod_s;
-    odometry_.push(time_s, robot_.cameraTwist(robotVelocity(rolled, kWheelBase)));
-    odometry_.holdUntil(time_s + kPeriod_s);
+  Instant instant(double time_s) const {
+    Instant instant{time_s, {}, {}, {}};
+    for (std::size_t i = 0; i < kDots; ++i) {
+      instant.pixels.push_back(pixelOf(truth_[i]));
+      instant.Z.push_back(truth_[i].Z);
+      instant.Z_used.push_back(seen_[i].Z());
+    }
+    return instant;
   }
 
-  Eigen::Vector2d counted() const { return countedWay(wheels_, kTick); }
-
-  Instant instant(const View& now, double time_s) const {
-    std::vector<double> Z_used;
-    for (const DepthEstimate& point : seen_) Z_used.push_back(point.Z());
-    return {time_s, now.pixels, now.Z, Z_used, robot_.pose(), robot_.velocity()};
-  }
-
-  Course ended(Course course, const View& now) const {
-    double squares = 0;
+  Course ended(Course course) const {
+    double squares = 0, Z = 0;
     Eigen::Vector2d barycentre = Eigen::Vector2d::Zero();
     for (std::size_t i = 0; i < kDots; ++i) {
-      const Eigen::Vector2d error = now.pixels[i] - goal_.pixels[i];
+      const Eigen::Vector2d error = pixelOf(truth_[i]) - pixelOf(goal_[i]);
       squares += error.squaredNorm();
       barycentre += error / kDots;
+      Z += truth_[i].Z / kDots;
+      course.goal.push_back(pixelOf(goal_[i]));
     }
     course.rms_px = std::sqrt(squares / kDots);
     course.barycentre_px = barycentre.norm();
-    course.ZRatio = (robot_.wMc().inverse() * wMo_).translation().z() / arrangement_.Z_goal;
+    course.ZRatio = Z / Z_goal_;
     return course;
   }
 
-  Arrangement arrangement_;
+  PinholeCamera camera_;
+  double Z_goal_;
   Method method_;
-  Circumstances circumstances_;
-  SyntheticCamera camera_;
-  Eigen::Isometry3d wMo_;
-  UnicycleCamera robot_;
+  SimulatedRig rig_;
+  Eigen::Matrix<double, 6, 2> J_;  // twist of the camera by v and w
   std::unique_ptr<PointSetEstimator> estimator_;
-  std::mt19937_64 random_;
-  std::normal_distribution<double> gaussian_;
   FeatureMoments moments_, desiredMoments_;
-  View goal_;
-  std::unique_ptr<DotTracker> tracker_;
-  vpImage<unsigned char> image_;
-  std::vector<Eigen::Vector2d> commands_;             // on their way to the drives
-  Eigen::Vector2d wheels_ = Eigen::Vector2d::Zero();  // way of the left and of the right one [m]
-  MotionBuffer odometry_{8, kPeriod_s};
+  std::vector<TruePoint> goal_, truth_;
+  std::optional<DotTracker> tracker_;
+  std::deque<Eigen::Vector2d> commands_;  // on their way to the drives
+  MotionBuffer odometry_{8, 1 / kRate_Hz};
   std::vector<PointObservation> observations_;
   std::vector<DepthEstimate> seen_;
 };
@@ -353,26 +245,44 @@ double halfField(const Arrangement& arrangement, double Z) {
 
 }  // namespace
 
-DotTarget Arrangement::target() const {
-  const double x = width / 2, y = height / 2;
-  return {{{-x, y, 0}, {x, y, 0}, {x, -y, 0}, {-x, -y, 0}}, kDotRadius};
-}
-
-Eigen::Isometry3d Arrangement::wMo() const {
-  Eigen::Isometry3d wMo = Eigen::Isometry3d::Identity();
-  wMo.linear() << 0, 0, 1,  //
-      -1, 0, 0,             //
-      0, -1, 0;
-  wMo.translation() << 0, 0, kCameraHeight - below;
-  return wMo;
-}
-
-UnicycleCamera Arrangement::robot() const { return UnicycleCamera({0.07, 0.02, kCameraHeight}); }
-
-UnicycleCamera::Pose Arrangement::pose(double X, double Z, double heading_rad) const {
-  const Eigen::Rotation2Dd R(heading_rad);
-  const Eigen::Vector2d robot = -(R * Eigen::Vector2d(Z, -X)) - R * Eigen::Vector2d(0.07, 0.02);
-  return {robot.x(), robot.y(), heading_rad};
+SimulatedRigOptions rigOptions(const Arrangement& a, const Start& start,
+                               const Circumstances& circumstances) {
+  const auto at = [](double X, double Z, double heading) {
+    const Eigen::Vector2d robot =
+        -(Eigen::Rotation2Dd(heading) * (Eigen::Vector2d(Z, -X) + kOffset));
+    RobotPose pose;
+    pose.x = robot.x();
+    pose.y = robot.y();
+    pose.theta = heading;
+    return pose;
+  };
+  SimulatedRigOptions rig;
+  rig.seed = circumstances.seed;
+  rig.duration = kDuration_s;
+  rig.camera.width = a.camera.width;
+  rig.camera.height = a.camera.height;
+  rig.camera.fx = rig.camera.fy = kFocal_px;
+  rig.camera.cx = a.camera.cx;
+  rig.camera.cy = a.camera.cy;
+  rig.camera.rate = {kRate_Hz};
+  const double x = a.width / 2, y = a.height / 2;
+  rig.target.points = {{-x, y, 0}, {x, y, 0}, {x, -y, 0}, {-x, -y, 0}};
+  rig.target.radius = kDotRadius;
+  rig.target.pose.xyz = {0, 0, kCameraHeight - a.below};
+  rig.robot.camera_offset << kOffset, kCameraHeight;
+  rig.robot.initial = at(start.X, start.Z, start.heading);
+  rig.robot.goal = at(a.X_goal, a.Z_goal, a.heading);
+  const double most = circumstances.isSpeedLimited ? 1 : kUnlimited;
+  rig.robot.limits.v = most * kSpeed;
+  rig.robot.limits.w = most * kTurnRate;
+  rig.robot.limits.dv = rig.robot.limits.dw = kUnlimited;
+  rig.robot.lag = circumstances.lag_s;
+  rig.sensing.source = circumstances.throughImages ? SensingSource::image : SensingSource::geometry;
+  rig.sensing.pixel_noise = kNoise_px;
+  rig.odometry.rate = kRate_Hz;
+  rig.odometry.ticks = kTick;
+  rig.odometry.wheel_base = kWheelBase;
+  return rig;
 }
 
 Arrangement pointArrangement(ImageSize size) { return arrangement(size); }

@@ -10,7 +10,7 @@
 #include "depthservo/report/Figure.h"
 #include "depthservo/robots/PanUnicycle.h"
 #include "depthservo/scenario/Scenario.h"
-#include "papers/Rows.h"
+#include "papers/Claims.h"
 
 /// The simulations of Durand Petiteville, Courdesses, Cadenat 2010, section 4, on exact geometry.
 /// The paper leaves open the focal length, the robot's dimensions, the landmark, the depth at the
@@ -85,13 +85,11 @@ struct SampledObserver {
 
 double median(std::vector<double> values);
 
-/// One way to survive the occlusions, with its figures over the seeds.
+/// One way to survive the occlusions.
 struct OcclusionCase {
   const char *id, *claim;
   WhileHidden what;
   std::function<PointState(const Run&, int)> start;
-  double rms_px, last_px, completed_s;  // 2 s; 0: no figure
-  double mean_m, max_m;                 // 13 s; 0: no figure
 };
 
 std::vector<OcclusionCase> occlusionCases();
@@ -110,7 +108,7 @@ struct ImageRun {
 ImageRun runThroughImages(const Scenario& scenario);
 
 /// The simulations again, with points measured in rendered images.
-void imageRows(Rows& rows, unsigned seed, unsigned seeds);
+void addImages(Measurements& measured, unsigned seed, unsigned seeds);
 
 /// The simulations in pictures.
 std::vector<Figure> figures(unsigned seed);

@@ -70,11 +70,6 @@ Figure motionFigure(unsigned seed) {
       cameraPath(hidden, Curve::named("1 px noise, hidden 7 s to 9 s", Curve::Style::dashed, 1)));
   Figure figure;
   figure.name = "motion";
-  figure.title = "The robot's way on the floor and the points' in the image";
-  figure.caption =
-      "The camera turns towards the goal and drives there; with the points hidden from 7 s to 9 s "
-      "and "
-      "reconstructed from the estimated depths it takes the same way.";
   figure.columns = 2;
   figure.panels = {floor, imagePanel(free)};
   return figure;
@@ -159,11 +154,6 @@ Figure noiseFigure(unsigned seed) {
   panel.curves.push_back(bound(simulate(seed, Noise::none, kTicks), kTicks));
   Figure figure;
   figure.name = "noise";
-  figure.title = "Depth with 1 px noise";
-  figure.caption = fmt::format(
-      "Over {} seeds. The paper's least squares needs 8 s to 5 %; maximum likelihood on the same "
-      "images halves its error; a window of 20 images forgets what the limit remembers.",
-      kSeeds);
   figure.panels = {panel};
   return figure;
 }
@@ -209,13 +199,6 @@ Figure occlusionFigure(unsigned seed) {
   }
   Figure figure;
   figure.name = "occlusions";
-  figure.title = "Occlusions survived with different depths, 1 px noise";
-  figure.caption =
-      "Left: two seconds without images; a depth estimated from noisy images keeps the features "
-      "within "
-      "a few pixels, a wrong one lets them drift. Right: one run with thirteen seconds without "
-      "images; "
-      "only good depths bring the camera near its goal.";
   figure.columns = 2;
   figure.panels = {hidden, floor};
   return figure;
@@ -300,13 +283,6 @@ Figure imagesFigure(unsigned seed) {
   }
   Figure figure;
   figure.name = "images";
-  figure.title = "Through rendered images, 1 px noise";
-  figure.caption =
-      "With the depths of the window estimator the dots are found again where they are expected, "
-      "after "
-      "2 s and after 13 s without images. With the depth at the goal in their place the robot "
-      "drives "
-      "astray and the dots leave the image.";
   figure.columns = 2;
   figure.panels = {imagePathsOf(shown), floor, depthsOf(shown), errors};
   return figure;

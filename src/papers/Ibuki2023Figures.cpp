@@ -69,15 +69,6 @@ Figure simulationFigure(bool isVariable) {
       Curve::level(kBound, 0, experiment.end_s, "guaranteed in the end, (27)"));
   Figure figure;
   figure.name = isVariable ? "simulation-variable-rate" : "simulation-60fps";
-  figure.title =
-      isVariable ? "Simulation, 60 to 90 images per second" : "Simulation, 60 images per second";
-  figure.caption =
-      "The target recedes at 1.4 m/s until 30 s, turns, swings from 40 s to 50 s, then stands "
-      "still. "
-      "The error stays far below the bound and vanishes with the motion; with the points "
-      "measured in rendered images it is the same. The velocities are those of the coupled law; "
-      "the first tenth of a "
-      "second, up to 57 m/s, is cut off.";
   figure.columns = 2;
   figure.panels = std::move(panels);
   std::vector<Panel> driven = velocities(coupled, false);
@@ -99,11 +90,6 @@ Figure experimentFigure() {
       over(seen, errorOf, Curve::named("cascade, rendered images, 0.5 px noise")));
   Figure figure;
   figure.name = "experiment-18fps";
-  figure.title = "The experiment in simulation: planar robot, 18 images per second";
-  figure.caption =
-      "The target translates from 10 s to 20 s and turns from 20 s to 25 s. The rate is below the "
-      "23.6 Hz that the paper's condition (23) asks for; it works because the condition is only "
-      "sufficient.";
   figure.columns = 2;
   figure.panels = std::move(panels);
   const std::vector<Panel> driven = velocities(alone, true);
@@ -141,11 +127,6 @@ Figure sweepFigure() {
   }
   Figure figure;
   figure.name = "frame-rate-sweep";
-  figure.title = "How slow may the camera be? kc 6.5, ke 1.7";
-  figure.caption =
-      "The conditions ask for 59.6 Hz (moving target) and 30.4 Hz (still target). Down to 2 Hz "
-      "nothing changes but the lag; the linear limit is 0.70 Hz. Below it the error grows, unless "
-      "each correction is ended once it is complete. Values off the scale are drawn at its edge.";
   figure.columns = 2;
   figure.panels = {moving, still};
   return figure;
@@ -190,11 +171,6 @@ Figure noiseFigure(const ReproduceOptions& options) {
   depth.curves = {still, moving, stillPose, movingPose, stillSeen, movingSeen};
   Figure figure;
   figure.name = "noise";
-  figure.title = "Which gain? 0.5 px noise, 18 images per second";
-  figure.caption =
-      "On a still target the observer beats the pose of each image alone by sqrt(keT/(2 - keT)); "
-      "on "
-      "a moving one it lags by V/ke. ke = 18/s is a full correction with every image.";
   figure.panels = {depth};
   return figure;
 }
@@ -218,10 +194,6 @@ Figure conditionsFigure() {
   rates.curves = {observer, regulation, moving, limit};
   Figure figure;
   figure.name = "conditions";
-  figure.title = "Frame rates that suffice, and the one that is needed";
-  figure.caption =
-      "All conditions are proportional to the gain (delta = 0.95). Between the lowest line and the "
-      "others the loop works, but nothing is proved.";
   figure.panels = {rates};
   return figure;
 }

@@ -90,6 +90,44 @@ class Film {
   DEPTHSERVO_VISP vpImage<unsigned char> image_;
 };
 
+/// The points as the camera gives them, with noise: from rendered images, or projected.
+class Eye {
+ public:
+  explicit Eye(const Experiment& experiment) : experiment_(experiment), random_(experiment.seed) {
+    if (experiment.source == ErrorSource::rendered) film_.emplace(experiment);
+  }
+
+  const std::vector<TrackedPoint>& take(const Eigen::Isometry3d& cMo,
+                                        const VisualMotionObserver& observer,
+                                        const MotionBuffer& odometry, double time_s) {
+    std::vector<Eigen::Vector2d> noise_px;
+    for (std::size_t i = 0; i < experiment_.points.size(); ++i) {
+      const double du = drawn_px();
+      noise_px.emplace_back(du, drawn_px());
+    }
+    if (film_) return pixels_ = film_->take(cMo, noise_px, observer, odometry, time_s);
+    pixels_.clear();
+    for (std::size_t i = 0; i < experiment_.points.size(); ++i) {
+      const Eigen::Vector3d cP = cMo * experiment_.points[i];
+      const Eigen::Vector2d pixel =
+          experiment_.camera.toPixel(cP.x() / cP.z(), cP.y() / cP.z()) + noise_px[i];
+      pixels_.push_back({static_cast<int>(i), pixel.x(), pixel.y(), experiment_.noise_px});
+    }
+    return pixels_;
+  }
+
+ private:
+  double drawn_px() {
+    return experiment_.noise_px > 0 ? experiment_.noise_px * gaussian_(random_) : 0;
+  }
+
+  const Experiment& experiment_;
+  std::optional<Film> film_;
+  std::vector<TrackedPoint> pixels_;
+  std::mt19937_64 random_;
+  std::normal_distribution<double> gaussian_;
+};
+
 }  // namespace
 
 void PoseErrors::add(const Eigen::Isometry3d& estimated, const Eigen::Isometry3d& truth,
@@ -155,42 +193,19 @@ Trace simulate(const Experiment& experiment) {
   const PoseRegulation regulation(experiment.cdMo, regulationOptions);
   MotionBuffer odometry(2);
   const PinholeCamera& camera = experiment.camera;
-  std::optional<Film> film;
-  if (experiment.source == ErrorSource::rendered) film.emplace(experiment);
+  Eye eye(experiment);
   TargetPose onePose(DotTarget{experiment.points, 0}, camera);
-  std::mt19937_64 random(experiment.seed);
-  std::normal_distribution<double> gaussian;
-  const auto drawn_px = [&] {
-    return experiment.noise_px > 0 ? experiment.noise_px * gaussian(random) : 0;
-  };
-
   Trace trace;
   Eigen::Isometry3d cMo = experiment.cMo;
   const double sigma = experiment.noise_px / camera.focal_px();
   std::vector<PointObservation> points;
-  std::vector<TrackedPoint> pixels;
   double t = 0;
   observer.advance(odometry, t);
   for (int frame = 0; t < experiment.end_s - kSameTime_s; ++frame) {
     if (experiment.source == ErrorSource::truth) {
       observer.correctPose(cMo);
     } else {
-      std::vector<Eigen::Vector2d> noise_px;
-      for (std::size_t i = 0; i < experiment.points.size(); ++i) {
-        const double du = drawn_px();
-        noise_px.emplace_back(du, drawn_px());
-      }
-      if (film) {
-        pixels = film->take(cMo, noise_px, observer, odometry, t);
-      } else {
-        pixels.clear();
-        for (std::size_t i = 0; i < experiment.points.size(); ++i) {
-          const Eigen::Vector3d cP = cMo * experiment.points[i];
-          const Eigen::Vector2d pixel =
-              camera.toPixel(cP.x() / cP.z(), cP.y() / cP.z()) + noise_px[i];
-          pixels.push_back({static_cast<int>(i), pixel.x(), pixel.y(), experiment.noise_px});
-        }
-      }
+      const std::vector<TrackedPoint>& pixels = eye.take(cMo, observer, odometry, t);
       points.clear();
       for (const TrackedPoint& pixel : pixels) {
         const Eigen::Vector2d s = camera.normalise(pixel.u, pixel.v);
@@ -199,13 +214,13 @@ Trace simulate(const Experiment& experiment) {
       ++trace.framesTaken;
       trace.framesWithAllPoints += pixels.size() == experiment.points.size();
       observer.correct(points);
+      if (experiment.comparesPose) {
+        const auto pose = onePose.compute(pixels);
+        trace.frames.push_back({t, cMo, observer.cMo(), {}});
+        if (pose) trace.frames.back().fromOneImage = pose->cMo;
+      }
     }
     if (frame == 0) trace.firstError = observer.error();
-    if (experiment.comparesPose) {
-      const auto pose = onePose.compute(pixels);
-      trace.frames.push_back({t, cMo, observer.cMo(), {}});
-      if (pose) trace.frames.back().fromOneImage = pose->cMo;
-    }
     const double T = experiment.period_s(frame);
     for (int i = 0; i < experiment.substeps; ++i) {
       const Eigen::Isometry3d& estimate = observer.cMo();

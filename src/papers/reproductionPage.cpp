@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "report/Html.h"
 
 namespace depthservo {
@@ -12,38 +9,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The experiment a row belongs to: the word after the paper's name in its id.
-std::string experimentOf(const ReproduceRow& row) {
-  const std::size_t begin = row.id.find('/') + 1;
-  return row.id.substr(begin, row.id.find('/', begin) - begin);
-}
-
 /// What remains of an id after paper and experiment.
 std::string shortId(const ReproduceRow& row) {
-  const std::size_t begin = row.id.find('/', row.id.find('/') + 1);
-  return begin == std::string::npos ? row.id : row.id.substr(begin + 1);
+  return row.id.substr(row.id.find('/', row.id.find('/') + 1) + 1);
 }
 
-/// Rows of one experiment, in their order.
-struct Experiment {
-  std::string id;
-  std::vector<const ReproduceRow*> rows;
-};
-
-std::vector<Experiment> experimentsOf(const std::vector<ReproduceRow>& rows) {
-  std::vector<Experiment> experiments;
-  for (const ReproduceRow& row : rows) {
-    const std::string id = experimentOf(row);
-    auto found = std::find_if(experiments.begin(), experiments.end(),
-                              [&](const Experiment& e) { return e.id == id; });
-    if (found == experiments.end()) found = experiments.insert(found, {id, {}});
-    found->rows.push_back(&row);
-  }
-  return experiments;
+/// A cell; the label stands before it where the page is too narrow for columns.
+std::string cell(const char* label, const std::string& content, const char* kind = "") {
+  return fmt::format(R"(<td class="{}" data-label="{}">{}</td>)", kind, label, content);
 }
 
-std::string answer(bool isSo) {
-  return isSo ? R"(<td class="answer good">yes</td>)" : R"(<td class="answer bad"><b>no</b></td>)";
+std::string answer(const char* label, bool isSo) {
+  return cell(label, isSo ? "yes" : "<b>no</b>", isSo ? "answer good" : "answer bad");
 }
 
 /// A figure as people read it: yes and no for those that are one or the other.
@@ -58,32 +35,35 @@ std::string number(const ReproduceRow& row, double value) {
 std::string rowElement(const ReproduceRow& row, const std::string& id) {
   const std::string note =
       row.note.empty() ? "" : fmt::format(R"(<p class="note">{}</p>)", html::escaped(row.note));
-  return fmt::format(
-      "<tr><td class=\"words\">{}<span class=\"id\">{}</span>{}</td><td "
-      "class=\"words\">{}</td><td>{}</td><td>{}</td>{}{}</tr>\n",
-      html::escaped(row.claim), html::escaped(id), note,
-      row.paper.empty() ? "&ndash;" : html::escaped(row.paper), number(row, row.expected),
-      number(row, row.ours), answer(row.pass), answer(row.reproduces));
+  return fmt::format("<tr><td class=\"words\">{}<span class=\"id\">{}</span>{}</td>",
+                     html::escaped(row.claim), html::escaped(id), note) +
+         cell("paper", row.paper.empty() ? "&ndash;" : html::escaped(row.paper), "words") +
+         cell("expected", number(row, row.expected)) +
+         cell("within", html::escaped(row.tolerance)) + cell("ours", number(row, row.ours)) +
+         answer("agrees", row.pass) + answer("reproduces", row.reproduces) + "</tr>\n";
 }
 
 std::string table(const std::string& rows) {
-  return R"(<div class="scroll"><table class="rows"><tr><th>claim</th><th>paper</th><th>expected</th>)"
-         "<th>ours</th><th>agrees</th><th>reproduces</th></tr>\n" +
+  return R"(<div class="scroll"><table class="rows claims"><tr><th>claim</th><th>paper</th>)"
+         "<th>expected</th><th>within</th><th>ours</th><th>agrees</th><th>reproduces</th></tr>\n" +
          rows + "</table></div>\n";
 }
 
-std::string experimentElement(const Experiment& experiment, const Paper& paper) {
-  const auto agree = std::count_if(experiment.rows.begin(), experiment.rows.end(),
-                                   [](const ReproduceRow* row) { return row->pass; });
-  const auto title = paper.experiments.find(experiment.id);
+std::string experimentElement(const Paper& paper, const std::string& id, const std::string& title,
+                              const std::vector<ReproduceRow>& all) {
+  const std::string prefix = paper.name + "/" + id + "/";
   std::string rows;
-  for (const ReproduceRow* row : experiment.rows) rows += rowElement(*row, shortId(*row));
+  std::size_t count = 0, agree = 0;
+  for (const ReproduceRow& row : all) {
+    if (row.id.rfind(prefix, 0) != 0) continue;
+    rows += rowElement(row, shortId(row));
+    ++count;
+    agree += row.pass;
+  }
   return fmt::format(
       "<details><summary>{} <span class=\"count {}\">{} of {} "
       "agree</span></summary>{}</details>\n",
-      html::escaped(title == paper.experiments.end() ? experiment.id : title->second),
-      agree == static_cast<std::ptrdiff_t>(experiment.rows.size()) ? "" : "bad", agree,
-      experiment.rows.size(), table(rows));
+      html::escaped(title), agree == count ? "" : "bad", agree, count, table(rows));
 }
 
 std::string figureElement(const Figure& figure, const fs::path& file) {
@@ -113,8 +93,8 @@ std::string paperElement(const ReproducedPaper& reproduced, const fs::path& fold
   }
   if (!figures.empty()) body += "<h3>Figures</h3><div class=\"figures\">" + figures + "</div>\n";
   body += "<h3>All rows</h3>\n";
-  for (const Experiment& experiment : experimentsOf(result.rows)) {
-    body += experimentElement(experiment, paper);
+  for (const auto& [id, title] : paper.experiments) {
+    body += experimentElement(paper, id, title, result.rows);
   }
   return body + "</section>\n";
 }
@@ -128,27 +108,23 @@ std::string figureFile(const Paper& paper, const Figure& figure) {
 std::string reproductionPage(const std::string& name,
                              const std::vector<ReproducedPaper>& reproduced,
                              const fs::path& folder) {
-  std::size_t rows = 0, agreeing = 0, notReproduced = 0;
+  std::vector<ReproduceRow> all;
   html::Sheet sheet;
   for (const ReproducedPaper& paper : reproduced) {
-    for (const ReproduceRow& row : paper.result.rows) {
-      ++rows;
-      agreeing += row.pass ? 1 : 0;
-      notReproduced += row.reproduces ? 0 : 1;
-    }
+    all.insert(all.end(), paper.result.rows.begin(), paper.result.rows.end());
     sheet.body += paperElement(paper, folder);
   }
+  const ReproductionCount count(all);
   sheet.command = "reproduce";
   sheet.name = name;
-  sheet.mood = agreeing == rows ? "good" : "bad";
-  sheet.verdict = fmt::format("{} of {} figures agree", agreeing, rows);
-  sheet.reason = fmt::format(
-      "{} \"Expected\" comes from an independent computation of the same experiment, \"ours\" was "
-      "measured by this program; they agree when they are equal within the tolerance of the row. "
-      "\"Reproduces\" says whether the paper's own claim holds.",
-      notReproduced == 0   ? "Every claim holds."
-      : notReproduced == 1 ? "One claim does not hold."
-                           : fmt::format("{} claims do not hold.", notReproduced));
+  sheet.mood =
+      count.agreeing == count.rows ? count.met == count.printed ? "good" : "middling" : "bad";
+  sheet.verdict = count.text();
+  sheet.reason =
+      "\"Expected\" comes from an independent computation of the same experiment, \"ours\" was "
+      "measured by this program; they agree when they are equal within the tolerance of the row "
+      "(\"within\"). \"Reproduces\" says whether the paper's own claim holds; few rows stand in "
+      "a paper at all (\"paper\").";
   return sheet.page();
 }
 

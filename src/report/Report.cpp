@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "report/PageData.h"
 #include "report/RunFiles.h"
 #include "report/headline.h"
+#include "sequence/GrayImage.h"
 #include "text/TextFile.h"
 
 namespace depthservo {
@@ -34,17 +34,15 @@ std::string capitalised(std::string sentence) {
 /// No wider or higher than a page can show: the size of the page stays within bounds.
 std::string imageSource(const fs::path& file) {
   constexpr int kLargest_px = 1280;
-  const std::string bytes = html::pngBytes(file);
-  const cv::Mat image = cv::imdecode(
-      cv::Mat(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())),
-      cv::IMREAD_UNCHANGED);
-  const double scale = static_cast<double>(kLargest_px) / std::max({image.cols, image.rows, 1});
-  if (scale >= 1) return html::dataUrl(bytes);
+  const detail::ImageFile image(file.string());
+  const detail::ImageSize size = image.size();
+  const double scale = static_cast<double>(kLargest_px) / std::max({size.width, size.height, 1});
+  if (scale >= 1) return html::dataUrl(html::pngBytes(file));
+  auto gray = image.gray();
   cv::Mat small;
-  cv::resize(image, small, {}, scale, scale, cv::INTER_AREA);
-  std::vector<unsigned char> png;
-  cv::imencode(".png", small, png);
-  return html::dataUrl({reinterpret_cast<const char*>(png.data()), png.size()});
+  cv::resize(cv::Mat(size.height, size.width, CV_8UC1, gray.bitmap), small, {}, scale, scale,
+             cv::INTER_AREA);
+  return html::dataUrl(detail::pngOf(small.ptr(), {small.cols, small.rows}, -1));
 }
 
 std::string imageElements(const fs::path& folder) {

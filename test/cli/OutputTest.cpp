@@ -51,10 +51,10 @@ TEST(Record, leaves_nothing_when_it_is_interrupted) {
   const TemporaryFolder place;
   for (const char* signal : {"INT", "TERM"}) {
     // "timeout" sends the signal while images are written, not before.
-    const Result result =
-        depthservo("record " + data("scenarios/unicycle-4dots.yaml") + " " + (place / "sequence") +
-                       " --set expect=null --set duration=600 --set robot.limits.v=0.02",
-                   std::string("timeout --signal=") + signal + " 1.5");
+    const Result result = depthservo(
+        "record " + data("scenarios/unicycle-4dots.yaml") + " " + (place / "sequence").string() +
+            " --set expect=null --set duration=600 --set robot.limits.v=0.05",
+        std::string("timeout --signal=") + signal + " 1.5");
     EXPECT_NE(result.exitCode, 0);
     EXPECT_TRUE(place.isEmpty()) << signal;
   }

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -29,10 +30,36 @@ TEST_F(Reproduced, gives_rows_with_stable_ids_that_all_pass) {
   for (const auto& row : result_.json()) {
     ids.insert(row["id"]);
     EXPECT_TRUE(row["ours"].is_number()) << row;
+    EXPECT_FALSE(row["tolerance"].get<std::string>().empty()) << row;
     EXPECT_TRUE(row["pass"].is_boolean() && row["reproduces"].is_boolean()) << row;
   }
   EXPECT_EQ(ids.size(), result_.json().size());
   EXPECT_GE(ids.size(), 6u);
+}
+
+TEST_F(Reproduced, says_first_how_many_of_the_papers_own_claims_hold) {
+  std::size_t printed = 0, met = 0;
+  for (const auto& row : result_.json()) {
+    if (row["paper"] == "") continue;
+    ++printed;
+    met += row["reproduces"] ? 1 : 0;
+  }
+  const std::string words =
+      fmt::format("{} of the {} claims that are printed there hold; ", met, printed);
+  EXPECT_EQ(result_.err.substr(result_.err.find('\n') + 1).find(words), 0u) << result_.err;
+  EXPECT_NE(folder_->read("paper/report.html").find(words), std::string::npos);
+}
+
+TEST(Reproduce, prints_whole_lines_in_their_order_when_data_and_words_go_to_one_file) {
+  const TemporaryFolder folder;
+  // The tool's own redirections come after, but the shell inside is already underway.
+  const Result result =
+      depthservo("reproduce durand2010 >" + (folder / "log").string() + " 2>&1; :");
+  ASSERT_EQ(result.exitCode, 0);
+  const std::string log = folder.read("log");
+  const std::size_t last = log.rfind('\n', log.size() - 2) + 1;
+  EXPECT_NE(log.find("claims that are printed there hold", last), std::string::npos);
+  EXPECT_EQ(log.find("claims that are printed there hold"), log.rfind("claims that are printed"));
 }
 
 TEST_F(Reproduced, leaves_a_folder_with_rows_figures_and_one_page_that_needs_nothing_else) {
@@ -68,6 +95,8 @@ TEST(Reproduce, refused_leaves_nothing) {
   const Result unknown = depthservo("reproduce einstein1905 --out " + (folder / "out").string());
   EXPECT_EQ(unknown.exitCode, 2);
   EXPECT_NE(unknown.err.find("durand2010"), std::string::npos) << unknown.err;
+  expectRefused(depthservo("reproduce deluca"), {"the nearest is 'deluca2008'"});
+  expectRefused(depthservo("reproduce ibuki"), {"the nearest is 'ibuki2023'"});
   EXPECT_EQ(depthservo("reproduce ibuki2023 --out /proc/nowhere/out").exitCode, 2);
   EXPECT_TRUE(folder.isEmpty());
 }

@@ -2,6 +2,7 @@
 // program. Starts are counted; two of 35 may differ, since the noise does.
 #include <gtest/gtest.h>
 
+#include "depthservo/rig/SimulatedRig.h"
 #include "papers/DeLuca2008Servo.h"
 
 namespace depthservo::deluca2008 {
@@ -18,18 +19,14 @@ int reached(const Arrangement& arrangement, double Z, const Method& method) {
 
 TEST(DeLuca2008Servo, goalOfThePointsIsThatOfThePaper) {
   const Arrangement a = pointArrangement(ImageSize::vga);
-  const UnicycleCamera::Pose goal = a.pose(a.X_goal, a.Z_goal, a.heading);
+  const RobotPose goal = *rigOptions(a, {0, 3.9, 0}).robot.goal;
   EXPECT_NEAR(goal.x, -1.05363, 1e-5);
   EXPECT_NEAR(goal.y, 0.14339, 1e-5);
   const double pixels[4][2] = {{46, 379}, {143, 374}, {139, 201}, {38, 203}};
   for (const ImageSize size : {ImageSize::vga, ImageSize::xga}) {
-    const Arrangement arrangement = pointArrangement(size);
-    UnicycleCamera robot = arrangement.robot();
-    robot.setPose(arrangement.pose(arrangement.X_goal, arrangement.Z_goal, arrangement.heading));
-    const Eigen::Isometry3d cMo = robot.wMc().inverse() * arrangement.wMo();
+    const SimulatedRig rig(rigOptions(pointArrangement(size), {0, 3.9, 0}));
     for (std::size_t i = 0; i < 4; ++i) {
-      const Eigen::Vector3d p = cMo * arrangement.target().points[i];
-      const Eigen::Vector2d seen = arrangement.camera.toPixel(p.x() / p.z(), p.y() / p.z());
+      const Eigen::Vector2d seen(rig.truthAtGoal()[i].u, rig.truthAtGoal()[i].v);
       // A level camera fits the paper's pixels to 2.4 px rms.
       EXPECT_NEAR(seen.x(), pixels[i][0], 5) << i;
       EXPECT_NEAR(seen.y(), pixels[i][1], 5) << i;

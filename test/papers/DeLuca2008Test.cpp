@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
@@ -20,12 +21,18 @@ struct Parts {
 
   static const Parts& once() {
     static const Parts parts = [] {
-      Rows rows("deluca2008/");
-      Parts made;
-      deluca2008::addDepthExperiments(rows, made.figures, {});
-      deluca2008::addArmExperiments(rows, made.figures, {});
-      deluca2008::addFocalExperiments(rows, made.figures, {});
-      made.rows = rows.take();
+      Experiments r;
+      deluca2008::addDepthExperiments(r, {});
+      deluca2008::addArmExperiments(r, {});
+      deluca2008::addFocalExperiments(r, {});
+      Claims claims = claimsOf("deluca2008");
+      const auto isOfServo = [](const Claim& claim) {
+        return claim.id[0] == '7' && claim.id[2] != '1';
+      };
+      claims.all.erase(std::remove_if(claims.all.begin(), claims.all.end(), isOfServo),
+                       claims.all.end());
+      Parts made{judge(claims, r.measured), r.figures};
+      describe(made.figures, claims);
       return made;
     }();
     return parts;

@@ -10,7 +10,7 @@ namespace depthservo {
 namespace {
 
 const std::vector<ReproduceRow>& rows() {
-  static const std::vector<ReproduceRow> once = reproduceDurand2010().rows;
+  static const std::vector<ReproduceRow> once = reproduce("durand2010").rows;
   return once;
 }
 

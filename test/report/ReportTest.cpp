@@ -57,7 +57,7 @@ std::size_t occurrences(const std::string& text, const std::string& what) {
 
 TEST(Report, begins_with_a_verdict_in_plain_words) {
   EXPECT_EQ(verdictOf(reportOf(test::exampleLog())),
-            "Converged after 12.0 s: image error 4.16 px rms, worst depth error 0.8 %");
+            "Converged after 12.0 s: image error 4.47 px rms, worst depth error 0.8 %");
   const std::string replay = verdictOf(reportOf(test::exampleReplay()));
   EXPECT_EQ(replay.rfind("Replayed 361 frames, 12.0 s: depths known to within ", 0), 0u) << replay;
 }

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "depthservo/report/Figure.h"
@@ -17,6 +17,7 @@ struct ReproduceRow {
   double expected = 0;  ///< from an independent computation
   double ours = 0;      ///< measured now; finite
   std::string unit;
+  std::string tolerance;    ///< within which ours agrees: "2 %", "0.1 s", "factor 1.5", "exact"
   bool pass = false;        ///< ours agrees with expected
   bool reproduces = false;  ///< the paper's claim holds
   std::string note;
@@ -33,33 +34,32 @@ struct Reproduction {
   std::vector<Figure> figures;
 };
 
-/// Ibuki, Nakano, Shigaki, Hatanaka, "Sampled visual feedback pose estimation and regulation based
-/// on camera frame rates", Advanced Robotics 37, 2023: conditions, gain design, both experiments in
-/// simulation, frame-rate sweep, noise. A few seconds.
-Reproduction reproduceIbuki2023(const ReproduceOptions& options = {});
-
-/// Durand Petiteville, Courdesses, Cadenat, "A new predictor/corrector pair to estimate the visual
-/// features depth during a vision-based navigation task in an unknown environment", ICINCO 2010:
-/// perfect data, noise, occlusions of 2 s and 13 s, against De Luca's observer; all over 200 seeds,
-/// `full`: 1000. A few seconds, `full`: half a minute.
-Reproduction reproduceDurand2010(const ReproduceOptions& options = {});
-
-/// De Luca, Oriolo, Robuffo Giordano, "Feature Depth Observation for Image-based Visual Servoing:
-/// Theory and Experiments", IJRR 27(10), 2008: depth in the numerical example, focal length there
-/// and on the unicycle.
-Reproduction reproduceDeLuca2008(const ReproduceOptions& options = {});
-
 /// A paper whose experiments can be run again.
 struct Paper {
-  const char* name;  ///< as on the command line and in ids
-  const char* citation;
-  Reproduction (*reproduce)(const ReproduceOptions&);
-  /// What an experiment is, by the word after the paper's name in its rows' ids.
-  std::map<std::string, std::string> experiments;
+  std::string name;  ///< as on the command line and in ids
+  std::string citation;
+  /// Word after the paper's name in the ids of an experiment's rows, and what it is; in order.
+  std::vector<std::pair<std::string, std::string>> experiments;
 };
 
-/// In the order of their names.
+/// De Luca, Oriolo, Robuffo Giordano 2008; Durand Petiteville, Courdesses, Cadenat 2010; Ibuki,
+/// Nakano, Shigaki, Hatanaka 2023: in the order of their names.
 const std::vector<Paper>& papers();
+std::vector<std::string> paperNames();
+
+/// Runs a paper's experiments and judges them by its claims, data/papers/<name>.yaml. Some seconds;
+/// with `full` minutes. \throw std::out_of_range there is no such paper
+Reproduction reproduce(const std::string& name, const ReproduceOptions& options = {});
+
+/// How many rows there are, and of how many it is so.
+struct ReproductionCount {
+  std::size_t rows = 0, agreeing = 0;  ///< ours with the independent computation
+  std::size_t printed = 0, met = 0;    ///< claims with a figure or a statement in the paper itself
+
+  explicit ReproductionCount(const std::vector<ReproduceRow>& rows);
+  /// "78 of 93 statements printed in the papers are met; 557 of 557 figures agree with ...".
+  std::string text() const;
+};
 
 /// One JSON array: an object for each row, with the names of its members as keys.
 std::string toJson(const std::vector<ReproduceRow>& rows);

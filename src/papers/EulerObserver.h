@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "depthservo/depth/DepthEstimator.h"
+#include "depthservo/depth/NonlinearDepthObserver.h"
+
+namespace depthservo::deluca2008 {
+
+/// Omega: what a translation does to a point of inverse depth 1 1/m. \param p (x, y), normalised
+Eigen::Vector2d excitation(const Twist& u, const Eigen::Vector2d& p);
+
+/// The paper's observer (eq. 11-14) as a differential equation: d(x, y, chi)/dt, with drift and
+/// Omega at the measured point.
+Eigen::Vector3d observerRate(const ObserverGains& gains, const Twist& u,
+                             const Eigen::Vector2d& measured, const Eigen::Vector3d& estimate);
+
+/// The same by Euler's method: the state of image k + 1 from the measurement of image k and the
+/// twist between both.
+class EulerObserver : public DepthEstimator {
+ public:
+  EulerObserver(const ObserverGains& gains, const DepthRange& range)
+      : gains_(gains), range_(range) {}
+
+  std::unique_ptr<DepthEstimator> clone() const override;
+  void reset(const PointMeasurement& measurement, const DepthPrior& prior) override;
+  void predict(const Motion& motion) override;
+  void correct(const PointMeasurement& measurement) override;
+  void correctDepth(const DepthPrior&) override {}
+  DepthEstimate estimate() const override;
+
+ private:
+  ObserverGains gains_;
+  DepthRange range_;
+  Eigen::Vector2d measured_ = Eigen::Vector2d::Zero();
+  Eigen::Vector3d estimated_ = Eigen::Vector3d::UnitZ();  // x, y, chi
+};
+
+}  // namespace depthservo::deluca2008
