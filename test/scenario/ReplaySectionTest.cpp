@@ -117,6 +117,20 @@ TEST(Replay, with_true_depths_needs_them_to_be_recorded) {
                         {"sequence", "'true'", "truth.csv"}));
 }
 
+TEST(Replay, finds_no_plate_of_dots_that_lie_off_its_plane) {
+  const test::TemporaryFolder folder;
+  record(Scenario::load(kScenarios + "/ibuki2023/simulation-a-60fps.yaml", {"duration=0.05"}),
+         folder / "sequence");
+  std::string settings = folder.read("sequence/sequence.yaml");
+  const std::size_t at = settings.find("\ndots:");
+  ASSERT_NE(at, std::string::npos);
+  settings.erase(at, settings.find('\n', at + 1) - at);
+  folder.write("sequence/sequence.yaml", settings);
+  const Sequence sequence(folder / "sequence");
+  EXPECT_TRUE(isRefusal(inputErrorOf([&] { replay(sequence, observationOf(sequence)); }),
+                        {"target", "z = 0"}));
+}
+
 class ReplaySectionTest : public testing::Test {
  protected:
   ObservationOptions read(const std::string& section) const {

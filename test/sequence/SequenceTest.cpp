@@ -176,6 +176,14 @@ TEST_F(SequenceTest, images_elsewhere_are_found_in_the_folder_and_below_visp_inp
   }
 }
 
+TEST_F(SequenceTest, points_of_a_target_may_lie_off_a_plane) {
+  folder_.write("target.yaml", "target: {points: [[0, 0, 0.5], [0.1, 0, -0.2]]}\n");
+  const auto points = readTarget(folder_ / "target.yaml").target.points;
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_EQ(points[0], Eigen::Vector3d(0, 0, 0.5));
+  EXPECT_EQ(points[1], Eigen::Vector3d(0.1, 0, -0.2));
+}
+
 TEST_F(SequenceTest, files_may_be_links) {
   fs::rename(folder_ / "a.pgm", folder_ / "real.pgm");
   fs::create_symlink(folder_ / "real.pgm", folder_ / "a.pgm");

@@ -5,8 +5,8 @@
 
 namespace depthservo {
 
-/// A flat plate with round dots, all in the plane z = 0 of the object frame (seen from the front: x
-/// right, y down, z away from the viewer). The index of a point is its id.
+/// Round dots: a flat plate in the plane z = 0 of the object frame (seen from the front: x right, y
+/// down, z away), or dots anywhere, which only start positions can tell apart. The index is the id.
 struct DotTarget {
   std::vector<Eigen::Vector3d> points;  ///< centres, object frame [m]
   double radius = 0;                    ///< [m]; 0 when unknown
