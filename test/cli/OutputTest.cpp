@@ -111,8 +111,9 @@ TEST(Replay, by_the_targets_own_motion_speaks_of_agreement_and_gives_no_coverage
 
 TEST(Run, of_constant_depths_says_that_they_are_given_and_nothing_of_excitation) {
   const Result result = depthservo("run " + kQuick + " --set depth.estimator=constant --json");
-  EXPECT_EQ(result.json()["observes_depth"], false);
-  for (const auto& point : result.json()["points"]) {
+  const nlohmann::json json = result.json();
+  EXPECT_EQ(json["observes_depth"], false);
+  for (const auto& point : json["points"]) {
     EXPECT_TRUE(point["unexcited_because"].is_null());
   }
 }
