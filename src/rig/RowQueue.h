@@ -17,8 +17,7 @@ class RowQueue {
   /// the last of them would not hold that long and the next is known. Appends them to `used`.
   void readInto(MotionBuffer& odometry, double time_s, std::vector<OdometryRow>& used) {
     const auto isNeeded = [&](const OdometryRow& row) {
-      const Coverage coverage = odometry.coverage(time_s, time_s);
-      return row.time_s < time_s || coverage == Coverage::afterEnd || coverage == Coverage::ended;
+      return row.time_s < time_s || odometry.coverage(time_s, time_s) == Coverage::afterEnd;
     };
     for (; !waiting_.empty() && isNeeded(waiting_.front()); waiting_.pop_front()) {
       odometry.push(waiting_.front().time_s, waiting_.front().twist);
