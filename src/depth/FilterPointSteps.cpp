@@ -56,19 +56,6 @@ void correctSensitivity(double (&e)[3], const FilterGain<double>& K, double nu_x
   e[2] += K.cx * nu_x + K.cy * nu_y;
 }
 
-/// What a part of the motion that is not known does to a point.
-void letDrift(FilterPoint& p, const UnknownPart& unknown) {
-  const double sigma_xy = std::sqrt(std::max({p.xx, p.yy, 0.}));
-  const PointSigmas wide =
-      widened({sigma_xy, std::sqrt(std::max(p.cc, 0.))}, {p.x, p.y, p.chi}, unknown);
-  p.xx = p.yy = wide.xy * wide.xy;
-  p.cc = std::min(wide.chi * wide.chi, kLargestVariance);
-  p.xy = p.xc = p.yc = p.noise_t = p.noise_xy = p.bias = 0;
-  p.accepted = 0;
-  p.rejections = 0;
-  p.phase = Phase::adrift;
-}
-
 /// NIS when the innovation also varies with the considered parameters.
 double consideredNis(const FilterPoint& p, const FilterInnovation<double>& nu, double r,
                      const InverseDepthFilterOptions& options) {
@@ -144,6 +131,18 @@ void rejoinPoint(FilterPoint& p, const PointMeasurement& measurement) {
   p.xx = p.yy = std::min(p.r, kLargestVariance);
   p.xy = p.xc = p.yc = 0;
   p.phase = Phase::measured;
+}
+
+void letDrift(FilterPoint& p, const UnknownPart& unknown) {
+  const double sigma_xy = std::sqrt(std::max({p.xx, p.yy, 0.}));
+  const PointSigmas wide =
+      widened({sigma_xy, std::sqrt(std::max(p.cc, 0.))}, {p.x, p.y, p.chi}, unknown);
+  p.xx = p.yy = wide.xy * wide.xy;
+  p.cc = std::min(wide.chi * wide.chi, kLargestVariance);
+  p.xy = p.xc = p.yc = p.noise_t = p.noise_xy = p.bias = 0;
+  p.accepted = 0;
+  p.rejections = 0;
+  p.phase = Phase::adrift;
 }
 
 void predictPoint(FilterPoint& p, const FilterStep& step,

@@ -56,6 +56,8 @@ double weighted(double r, double nis, const InverseDepthFilterOptions& options);
 void resetPoint(FilterPoint& p, const PointMeasurement& measurement, const DepthPrior& usablePrior);
 /// The depth at hand, at the place of this measurement: the way there is not known.
 void rejoinPoint(FilterPoint& p, const PointMeasurement& measurement);
+/// What a part of the motion that is not known does to a point.
+void letDrift(FilterPoint& p, const UnknownPart& unknown);
 void predictPoint(FilterPoint& p, const FilterStep& step, const InverseDepthFilterOptions& options);
 void correctPoint(FilterPoint& p, const PointMeasurement& measurement,
                   const InverseDepthFilterOptions& options, const DepthRange& range);

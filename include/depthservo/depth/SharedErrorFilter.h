@@ -1,0 +1,169 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <vector>
+
+#include "depthservo/depth/ErrorProfile.h"
+#include "depthservo/depth/InverseDepthFilter.h"
+#include "depthservo/depth/PointSetEstimator.h"
+
+namespace depthservo {
+
+struct SharedErrorFilterOptions {
+  ErrorProfile errors = ErrorProfile::typical();
+  double focal_px = 600;  ///< turns the profile's pixels into normalised coordinates [px]
+  /// Place of a row in the image: (row / height) = imageRow(y), for rolling shutters.
+  double rowScale = 0, rowOffset = 0;
+  double imageRow(double y) const { return rowScale * y + rowOffset; }
+  std::size_t places = 8;  ///< points that learn the shared errors together; the others use them
+  double gate = 13.8;      ///< as of InverseDepthFilterOptions, likewise the following
+  int rejectionsInARow = 5;
+  double huber = 2.5;
+  double lost_sigma = 0.1;
+};
+
+/// Extended Kalman filter of points and of the lasting errors of a robot that they share (see
+/// ErrorProfile). With (v_o, w_o) a row of the odometry, the camera moves with
+///
+///   u = (R(m)' v_o (1 + S + s),  R(m)' (w_o - b)),
+///
+/// and an image is exposed t_d + j before its stamp. The state:
+///
+///   t_d    latency, constant                      b  gyro bias (3), constant
+///   m      rotation of the camera's mount (3)     kappa  true / given focal length
+///   S      scale of the translation: considered (Schmidt 1966), as no image can tell it
+///   s      slip, first-order Gauss-Markov         j  jitter of this image's stamp, white
+///   e      error of this image's pose (6), first-order Gauss-Markov
+///   x, y, chi  of each point at the exposure, in the true camera frame
+///   w      wander of each point's tracker (2), first-order Gauss-Markov
+///
+///   measured = kappa (x, y) + w - (L u)_xy j + L_xy e + white noise,
+///
+/// L the derivative of d(x, y, chi)/dt by the twist. What is not in the profile is not in the
+/// state. The points stand where they are at the exposure, t_d before the stamp: an error of t_d
+/// shows only where the twist changes, and a point that starts needs no correlation with it.
+///
+/// So many `places` hold the points that learn the shared errors, spread over the image. Every
+/// other point is filtered alone, along the motion corrected by them; the sensitivity of its error
+/// to the constant ones is carried along and enters its sigma, the others count as noise.
+///
+/// Real-time: no allocation after construction. Where the motion is not known points go on alone.
+class SharedErrorFilter : public PointSetEstimator {
+ public:
+  using Options = SharedErrorFilterOptions;
+
+  /// \param capacity greatest number of points
+  /// \param prior for points without one of their own
+  explicit SharedErrorFilter(std::size_t capacity, const Options& options = {},
+                             const DepthPrior& prior = {}, const DepthRange& range = {});
+
+  std::unique_ptr<PointSetEstimator> clone() const override;
+  void reset() override;
+  bool setPrior(int id, const DepthPrior& prior) override;
+  bool retire(int id) override;
+  Coverage advance(const MotionBuffer& odometry, double time_s) override;
+  void correct(const std::vector<PointObservation>& observations) override;
+  void correctDepth(int id, const DepthPrior& measured) override;
+  using PointSetEstimator::estimate;
+  DepthEstimate estimate(int id) const override;
+  double time() const override { return time_s_; }
+  const DepthRange& range() const override { return range_; }
+
+  /// An error that the points share.
+  struct Shared {
+    double value = 0, sigma = 0;  ///< the prior's until it is learnt
+    double prior = 0;             ///< 1 sigma; 0: not in the profile
+  };
+  Shared latency() const;           ///< t_d [s], > 0: images are late
+  Shared gyroBias(int axis) const;  ///< [rad/s], axis 0..2
+  Shared mount(int axis) const;     ///< [rad], axis 0..2
+  Shared focal() const;             ///< kappa - 1 [-]
+  Shared slip() const;              ///< [-]
+
+ private:
+  static constexpr int kNone = -1;
+  static constexpr int kMostConstants = 9, kMostShared = 17;
+  using ByShared = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostShared>;
+  using ByConstants = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostConstants>;
+
+  struct Slot {
+    int id = 0;
+    bool isStarted = false;
+    int place = kNone;
+    int unseen = 0;  // images in a row
+    DepthPrior prior;
+    detail::FilterPoint point;  // covariance: of what is not shared; at a place it is in P_
+    ByConstants A;              // d(error of x, y, chi) by the shared constants; not at a place
+    Eigen::Vector2d wander = Eigen::Vector2d::Zero();  // at a place
+  };
+  /// A measurement as predicted, and its derivative by the shared states.
+  struct Seen {
+    Eigen::Vector2d point;  // without wander
+    Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostShared> byShared;
+  };
+  struct Step;
+
+  const Slot* find(int id) const;
+  Slot* findOrAdd(int id);
+  Slot* slotAt(int place) { return seated_[place] == kNone ? nullptr : &slots_[seated_[place]]; }
+  int row(int place) const { return shared_ + perPoint_ * place; }
+  int rows() const { return row(places_); }
+  double kappa() const { return focal_ == kNone ? 1 : 1 + values_(focal_); }
+  double value(int index) const { return index == kNone ? 0 : values_(index); }
+
+  Step stepTo(const MotionBuffer& odometry, double time_s) const;
+  void predict(const Step& step);
+  ByShared bySharedErrors(const Step& step, const detail::FilterPoint& before,
+                          const PointState& after, const Eigen::Matrix3d& F) const;
+  void propagate();
+  void renew(int index, double kept, double sigma);
+  void letDrift(Slot& slot, const UnknownPart& unknown);
+
+  Seen seen(const Slot& slot) const;
+  Eigen::Matrix2d othersAsNoise(const Seen& seen, double wander) const;
+  void start(Slot& slot, const PointMeasurement& measurement, const DepthPrior& prior);
+  void correctSeated(Slot& slot, const PointMeasurement& measurement);
+  void correctAlone(Slot& slot, const PointMeasurement& measurement);
+  void apply(const Eigen::Vector2d& nu, int n);
+  void symmetrise();
+  void moveAlone();
+  detail::FilterPoint described(const Slot& slot, int place) const;
+
+  void elect();
+  void seat(Slot& slot, int place);
+  void unseat(Slot& slot);
+  void clear(int first, int count);
+
+  bool isMount(int index) const { return mount_ != kNone && index >= mount_ && index < mount_ + 3; }
+  double priorOf(int index) const;  // of a constant
+  Shared shared(int index, double prior) const;
+
+  Options options_;
+  InverseDepthFilterOptions pointOptions_;
+  DepthPrior prior_;
+  DepthRange range_;
+  std::vector<Slot> slots_;  // [0, size_) are in use
+  std::size_t size_ = 0;
+  double time_s_ = std::numeric_limits<double>::quiet_NaN();
+
+  // Rows of the shared states; the constants come first.
+  int latency_ = kNone, bias_ = kNone, mount_ = kNone, focal_ = kNone, scale_ = kNone;
+  int slip_ = kNone, jitter_ = kNone, pose_ = kNone;
+  int constants_ = 0, shared_ = 0, perPoint_ = 3;
+  int places_ = 0;           // highest place in use + 1
+  std::vector<int> seated_;  // slot at each place
+  Eigen::VectorXd values_;   // of the shared states
+  Eigen::VectorXd before_;   // those constants by which the points alone were last moved
+  Eigen::MatrixXd P_;
+  std::vector<Eigen::Matrix3d> F_;
+  std::vector<ByShared> C_;
+  std::vector<Eigen::Matrix<double, 3, 6>> G_;  // by unit noise of the odometry
+  Eigen::MatrixXd U_, K_, W_;  // of one correction, n x 2; of one prediction, n x 3
+
+  Twist twist_;                // at the last exposure, corrected
+  OdometryNoise::Step noise_;  // of the last motion
+  double dt_ = 0;              // of the last motion [s]
+};
+
+}  // namespace depthservo
