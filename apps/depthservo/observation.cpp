@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <opencv2/core/utils/logger.hpp>
 
@@ -182,6 +183,12 @@ void addObservationOptions(CLI::App& command, ObservationArguments& a) {
       ->expected(2)
       ->check(zeroOrMore());
   command
+      .add_option(
+          "--errors", a.errors,
+          "Errors of the robot: typical (default) | poses (default where the motion is from "
+          "poses) | arm | declared (default with --odometry-noise) | exact")
+      ->type_name("PROFILE");
+  command
       .add_option("--odometry-scale-sigma", a.odometryScaleSigma,
                   "Relative uncertainty of the translation, 1 sigma; for filter and joint")
       ->type_name("S")
@@ -209,6 +216,7 @@ void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptio
       refuseOption("--joint", "is for --estimator joint");
     }
     options.depth.joint = jointNamed(arguments.joint);
+    if (arguments.errors.empty()) options.depth.errors = ErrorKind::declared;
   }
   if (arguments.ke) options.depth.pose.ke = arguments.ke;
   if (!arguments.prior.empty()) readPrior(arguments.prior, options);
@@ -216,6 +224,17 @@ void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptio
     const double sigma_v = arguments.odometryNoise[0], sigma_w = arguments.odometryNoise[1];
     options.odometryNoise = sigma_v == 0 && sigma_w == 0 ? OdometryNoise::none()
                                                          : OdometryNoise::white(sigma_v, sigma_w);
+  }
+  if (!arguments.errors.empty()) {
+    const auto kind = errorKindNamed(arguments.errors);
+    if (kind && *kind != ErrorKind::file) {
+      options.depth.errors = *kind;
+    } else if (std::filesystem::exists(arguments.errors)) {
+      options.depth.errors = ErrorKind::file;
+      options.depth.profile = readErrorProfile(arguments.errors);
+    } else {
+      refuseWord("--errors", arguments.errors, errorKindNames());
+    }
   }
   if (arguments.odometryScaleSigma) options.odometryScaleSigma = *arguments.odometryScaleSigma;
   if (arguments.focalSigma) options.focalSigma = *arguments.focalSigma;

@@ -36,9 +36,9 @@ ErrorProfile ErrorProfile::arm() {
 ErrorProfile ErrorProfile::poses() {
   ErrorProfile p;
   p.focal = 0.005;
-  p.wander_px = {0.15, 0.7};
-  p.position_m = 0.003;
-  p.angle_rad = 0.003;
+  p.wander_px = {0.3, 0.7};
+  p.position_m = 0.005;
+  p.angle_rad = 0.005;
   return p;
 }
 

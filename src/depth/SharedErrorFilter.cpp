@@ -95,7 +95,6 @@ SharedErrorFilter::SharedErrorFilter(std::size_t capacity, const Options& option
   constants_ = shared_;
   add(slip_, e.slip.sigma > 0);
   add(jitter_, e.jitter_s > 0);
-  add(pose_, e.position_m > 0 || e.angle_rad > 0, 6);
   if (e.wander_px.sigma > 0) perPoint_ = 5;
 
   pointOptions_.odometry = e.odometry;
@@ -144,8 +143,6 @@ void SharedErrorFilter::reset() {
   prior(scale_, e.scale);
   prior(slip_, e.slip.sigma);
   prior(jitter_, e.jitter_s);
-  prior(pose_, e.position_m, 3);
-  if (pose_ != kNone) prior(pose_ + 3, e.angle_rad, 3);
   twist_ = {};
   noise_ = {};
   dt_ = 0;
@@ -377,10 +374,6 @@ void SharedErrorFilter::propagate() {
   }
   if (slip_ != kNone) renew(slip_, e.slip.kept(dt_), e.slip.sigma);
   if (jitter_ != kNone) renew(jitter_, 0, e.jitter_s);
-  for (int i = 0; pose_ != kNone && i < 6; ++i) {
-    const GaussMarkov error{i < 3 ? e.position_m : e.angle_rad, e.poseTau_s};
-    renew(pose_ + i, error.kept(dt_), error.sigma);
-  }
   for (int place = 0; place < places_; ++place) {
     Slot* slot = slotAt(place);
     if (!slot) continue;
@@ -470,11 +463,12 @@ SharedErrorFilter::Seen SharedErrorFilter::seen(const Slot& slot) const {
     seen.byShared.col(jitter_) = -rate;
     seen.point -= rate * values_(jitter_);
   }
-  if (pose_ != kNone) {
-    seen.byShared.middleCols<6>(pose_) = L;
-    seen.point += L * values_.segment<6>(pose_);
-  }
   const ErrorProfile& e = options_.errors;
+  const GaussMarkov pose{1, e.poseTau_s};
+  const double white = dt_ > 0 ? pose.asWhite(dt_) : 1;
+  seen.byPose =
+      white * (e.position_m * e.position_m * L.leftCols<3>() * L.leftCols<3>().transpose() +
+               e.angle_rad * e.angle_rad * L.rightCols<3>() * L.rightCols<3>().transpose());
   seen.point += rate * (e.readout_s * options_.imageRow(p.y));
   return seen;
 }
@@ -501,7 +495,8 @@ Eigen::Matrix2d SharedErrorFilter::othersAsNoise(const Seen& seen, double wander
   const int white = shared_ - constants_;
   const auto H = seen.byShared.rightCols(white);
   const double sigma = options_.errors.wander_px.sigma / options_.focal_px;
-  return Eigen::Matrix2d(H * P_.block(constants_, constants_, white, white) * H.transpose()) +
+  return seen.byPose +
+         Eigen::Matrix2d(H * P_.block(constants_, constants_, white, white) * H.transpose()) +
          wander * sigma * sigma * Eigen::Matrix2d::Identity();
 }
 
@@ -529,6 +524,7 @@ void SharedErrorFilter::correctSeated(Slot& slot, const PointMeasurement& measur
     HPH += U_.block<2, 2>(p + 3, 0);
     expected += slot.wander;
   }
+  HPH += s.byPose;
   const double r = detail::measurementVariance(measurement.sigma);
   const Eigen::Vector2d nu = Eigen::Vector2d(measurement.x, measurement.y) - expected;
   const double nis = nisOf(HPH + r * Eigen::Matrix2d::Identity(), nu);

@@ -16,6 +16,31 @@ const std::vector<detail::Choice<EstimatorKind>>& estimatorWords() {
   return all;
 }
 
+const std::vector<detail::Choice<ErrorKind>>& errorWords() {
+  static const std::vector<detail::Choice<ErrorKind>> all = {
+      {ErrorKind::automatic, "automatic"},
+      {ErrorKind::declared, "declared"},
+      {ErrorKind::exact, "exact"},
+      {ErrorKind::typical, "typical"},
+      {ErrorKind::arm, "arm"},
+      {ErrorKind::poses, "poses"},
+      {ErrorKind::file, "file"},
+  };
+  return all;
+}
+
+const char* toString(ErrorKind kind) { return detail::wordOf(errorWords(), kind); }
+
+std::optional<ErrorKind> errorKindNamed(const std::string& name) {
+  return detail::valueOf(errorWords(), name);
+}
+
+std::vector<std::string> errorKindNames() {
+  std::vector<std::string> names = detail::wordsOf(errorWords());
+  names.pop_back();
+  return names;
+}
+
 const char* toString(EstimatorKind kind) { return detail::wordOf(estimatorWords(), kind); }
 
 EstimatorKind estimatorNamed(const std::string& name, const InputError::Place& place) {

@@ -45,7 +45,8 @@ struct Observer::Parts {
     } else if (setup.estimator.depth.estimator != EstimatorKind::pose) {
       diagnosis.emplace(setup.findsPoints() ? kMostJudged : setup.ids.size(), setup.declaredNoise,
                         setup.pixelNoise_px / setup.camera.focal_px(), setup.prior,
-                        setup.estimator.depth.range(), jointStatesOf(*estimator));
+                        setup.estimator.depth.range(), jointStatesOf(*estimator),
+                        setup.estimator.errors);
     }
     if (setup.tags) tags.emplace(*setup.tags, setup.camera);
     for (const int id : setup.ids) estimator->setPrior(id, setup.prior);
@@ -294,8 +295,8 @@ void Observer::Parts::judgeRange(RunLog& log) const {
   const auto held =
       static_cast<std::size_t>(std::count_if(setup.ids.begin(), setup.ids.end(), [&](int id) {
         const DepthEstimate estimate = estimator->estimate(id);
-        return estimate.status != DepthStatus::unset &&
-               estimate.status != DepthStatus::lost && isHeld(estimate);
+        return estimate.status != DepthStatus::unset && estimate.status != DepthStatus::lost &&
+               isHeld(estimate);
       }));
   if (2 * held <= setup.ids.size()) return;
   const DepthRange& range = estimator->range();

@@ -9,6 +9,7 @@
 
 #include "depthservo/depth/DepthGains.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
+#include "observation/errorsOf.h"
 #include "observation/makeTracker.h"
 
 namespace depthservo {
@@ -17,6 +18,7 @@ namespace {
 /// Unless declared otherwise, the observer takes odometry for exact and the filters have their own
 /// default.
 OdometryNoise noiseOf(const ObservationOptions& options) {
+  if (errorKindOf(options) == ErrorKind::exact) return OdometryNoise::none();
   if (options.odometryNoise) return *options.odometryNoise;
   return options.depth.estimator == EstimatorKind::nonlinear ? OdometryNoise::none()
                                                              : OdometryNoise();
@@ -112,6 +114,8 @@ EstimatorSetup setupOf(const ObservedSource& source, const ObservationOptions& o
   if (source.frameRate > 0) setup.frameRate = source.frameRate;
   setup.sigma = options.pixelNoise_px / source.camera.focal_px();
   setup.focalSigma = options.focalSigma;
+  setup.errors = errorsOf(options);
+  setup.focal_px = source.camera.focal_px();
   return setup;
 }
 
@@ -153,6 +157,7 @@ std::string configurationOf(const ObservationOptions& options) {
   nlohmann::ordered_json json{{"tracker", nameOf(options.tracker)},
                               {"motion", nameOf(options.motion)},
                               {"estimator", toString(options.depth.estimator)},
+                              {"errors", toString(errorKindOf(options))},
                               {"prior_Z", options.depth.initial},
                               {"prior_sigma_Z", nullptr},
                               {"pixel_noise", nullptr},

@@ -16,21 +16,45 @@ ConsistencyMonitor::Options monitorOptions(const OdometryNoise& odometry) {
   return options;
 }
 
-/// Innovations smaller than declared harm nobody: sigma is too large, that is all.
-bool isFault(const ConsistencyMonitor::Diagnosis& d) {
-  return d.cause != Cause::none && d.cause != Cause::noData &&
-         !(d.cause == Cause::noise && d.size < 1);
-}
+/// A cause is named from this many times what is reckoned with (1 sigma).
+constexpr double kBeyondProfile = 1.4;
 
 }  // namespace
 
 SelfDiagnosis::SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry, double sigma,
                              const DepthPrior& prior, const DepthRange& range,
-                             const std::optional<JointStates>& joint)
+                             const std::optional<JointStates>& joint,
+                             const std::optional<ErrorProfile>& errors)
     : odometry_(odometry),
       sigma_(sigma),
       joint_(joint),
+      errors_(errors),
       monitor_(capacity, monitorOptions(odometry), prior, range) {}
+
+bool SelfDiagnosis::isFault(const ConsistencyMonitor::Diagnosis& d) const {
+  if (!errors_) {
+    // Innovations smaller than declared harm nobody: sigma is too large, that is all.
+    return d.cause != Cause::none && d.cause != Cause::noData &&
+           !(d.cause == Cause::noise && d.size < 1);
+  }
+  // The monitor takes errors for white: what of them lasts is no fault within the profile, and a
+  // target that moves or more noise than declared cannot be told from it.
+  switch (d.cause) {
+    case Cause::latency:
+      return std::abs(d.size) > kBeyondProfile * errors_->latency_s;
+    case Cause::gyroBias:
+      return std::abs(d.size) > kBeyondProfile * errors_->gyroBias_rad_s;
+    case Cause::focalLength:
+      return std::abs(d.size) > kBeyondProfile * errors_->focal;
+    case Cause::none:
+    case Cause::noData:
+    case Cause::noise:
+    case Cause::movingTarget:
+      return false;
+    default:
+      return true;
+  }
+}
 
 std::optional<std::string> SelfDiagnosis::see(double time_s, const MotionBuffer& odometry,
                                               const std::vector<PointObservation>& observations) {
@@ -63,6 +87,7 @@ std::optional<std::string> SelfDiagnosis::see(double time_s, const MotionBuffer&
 }
 
 double SelfDiagnosis::varianceFactor() const {
+  if (errors_) return 1;
   const bool isCompensated = joint_ && joint_->estimates(monitor_.diagnosis().cause);
   return isCompensated ? 1 : monitor_.varianceFactor();
 }
@@ -91,6 +116,9 @@ RunDiagnosis SelfDiagnosis::result() const {
     result = *longest;
   } else {
     result.latest = monitor_.diagnosis();
+    if (errors_ && !isFault(result.latest) && result.latest.cause != Cause::noData) {
+      result.latest.cause = Cause::none;
+    }
     const ConsistencyMonitor::Diagnosis& d = result.latest;
     if (d.cause == Cause::none && d.values + d.rejected < ConsistencyMonitor::kFewestValues) {
       result.latest.cause = Cause::noData;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "depthservo/depth/ConsistencyMonitor.h"
+#include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/motion/MotionBuffer.h"
 #include "depthservo/observation/RunLog.h"
 
@@ -15,10 +16,11 @@ namespace depthservo {
 class SelfDiagnosis {
  public:
   /// \param sigma of a measurement, normalised [-]
+  /// \param errors that the estimator reckons with; none: white noise
   /// \param joint of the joint filter: what it learns does no harm to its depths
   SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry, double sigma,
                 const DepthPrior& prior, const DepthRange& range,
-                const std::optional<JointStates>& joint);
+                const std::optional<JointStates>& joint, const std::optional<ErrorProfile>& errors);
 
   /// Takes the points of an image. Returns what there is to say for the first time.
   std::optional<std::string> see(double time_s, const MotionBuffer& odometry,
@@ -41,11 +43,13 @@ class SelfDiagnosis {
   OdometryNoise odometry_;
   double sigma_;
   std::optional<JointStates> joint_;
+  std::optional<ErrorProfile> errors_;
   ConsistencyMonitor monitor_;
   Motion motion_;  // since the last image
   double time_s_ = kUnknown;
   std::vector<RunDiagnosis> named_;  // by cause
   double varianceFactor() const;
+  bool isFault(const ConsistencyMonitor::Diagnosis& diagnosis) const;
 
   double varianceFactor_ = 1;  // greatest
 };

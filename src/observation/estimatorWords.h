@@ -8,5 +8,6 @@
 namespace depthservo {
 
 const std::vector<detail::Choice<EstimatorKind>>& estimatorWords();
+const std::vector<detail::Choice<ErrorKind>>& errorWords();
 
 }  // namespace depthservo

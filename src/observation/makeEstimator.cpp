@@ -10,6 +10,8 @@
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
+#include "depthservo/depth/SeparatePoints.h"
+#include "depthservo/depth/SharedErrorFilter.h"
 #include "depthservo/depth/TwoFrameLeastSquares.h"
 #include "depthservo/depth/WindowDepthEstimator.h"
 #include "depthservo/pose/FrameRateConditions.h"
@@ -45,6 +47,13 @@ double depthNoiseOfOneImage(const std::vector<Eigen::Vector3d>& points, double d
     sum += sigma_Z * sigma_Z;
   }
   return std::sqrt(sum / static_cast<double>(points.size()));
+}
+
+SharedErrorFilterOptions sharedErrors(const EstimatorSetup& setup) {
+  SharedErrorFilterOptions options;
+  options.errors = *setup.errors;
+  options.focal_px = setup.focal_px;
+  return options;
 }
 
 }  // namespace
@@ -89,8 +98,15 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
       return pointwise(WindowDepthEstimator(options, range));
     }
     case EstimatorKind::filter:
+      if (setup.errors) {
+        const SharedErrorFilter one(1, sharedErrors(setup), prior, range);
+        return std::make_unique<SeparatePoints>(one, capacity, prior);
+      }
       return pointwise(InverseDepthFilter(filter, range));
     case EstimatorKind::joint: {
+      if (setup.errors) {
+        return std::make_unique<SharedErrorFilter>(capacity, sharedErrors(setup), prior, range);
+      }
       JointDepthFilterOptions options;
       options.filter = filter;
       options.estimateTimeOffset = setup.depth.joint.time_offset;
@@ -112,6 +128,18 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
 }
 
 std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator) {
+  if (const auto* shared = dynamic_cast<const SharedErrorFilter*>(&estimator)) {
+    const auto common = [](const SharedErrorFilter::Shared& state, double offset) {
+      constexpr double kObserved = 0.25;
+      const bool isEstimated = state.prior > 0;
+      return JointDepthFilter::Common{state.value + offset, state.sigma, isEstimated,
+                                      isEstimated && state.sigma < kObserved * state.prior};
+    };
+    return JointStates{common(shared->latency(), 0),
+                       {common(shared->gyroBias(0), 0), common(shared->gyroBias(1), 0),
+                        common(shared->gyroBias(2), 0)},
+                       common(shared->focal(), 1)};
+  }
   const auto* joint = dynamic_cast<const JointDepthFilter*>(&estimator);
   if (!joint) return std::nullopt;
   return JointStates{joint->timeOffset(),

@@ -14,13 +14,15 @@ namespace depthservo {
 
 /// What an estimator is made from, worked out of its options and what it observes.
 struct EstimatorSetup {
-  EstimatorOptions depth;         ///< which one, its first guess and its range
-  OdometryNoise odometry;         ///< as declared
-  double odometryScaleSigma = 0;  ///< relative, 1 sigma
-  DotTarget target;               ///< for `pose`
-  double frameRate = 30;          ///< images per second [Hz]; for the gain of `pose`
-  double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
-  double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
+  EstimatorOptions depth;              ///< which one, its first guess and its range
+  OdometryNoise odometry;              ///< as declared
+  double odometryScaleSigma = 0;       ///< relative, 1 sigma
+  DotTarget target;                    ///< for `pose`
+  double frameRate = 30;               ///< images per second [Hz]; for the gain of `pose`
+  double sigma = 1e-3;                 ///< noise of a point, 1 sigma per axis, normalised; likewise
+  double focalSigma = 0;               ///< of the focal length, relative, 1 sigma
+  std::optional<ErrorProfile> errors = {};  ///< of the robot; none: white noise and the sigmas above
+  double focal_px = 600;               ///< of the camera
 };
 
 /// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at

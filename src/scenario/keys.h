@@ -15,6 +15,9 @@ void describe(detail::Fields& f, Scenario& scenario);
 /// The keys of `replay` in sequence.yaml.
 void describe(detail::Fields& f, ObservationOptions& observation);
 
+/// The keys of a file of errors.
+void describe(detail::Fields& f, ErrorProfile& errors);
+
 // The sections.
 
 void describe(detail::Fields& f, CameraOptions& camera);

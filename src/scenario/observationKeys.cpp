@@ -16,6 +16,13 @@ void describeEstimator(Fields& f, EstimatorOptions& depth) {
            depth.estimator, estimatorWords());
 }
 
+void describeErrors(Fields& f, EstimatorOptions& depth) {
+  f.choice({"errors",
+            "what the estimators filter and joint are told of the robot's errors (doc/robots.md): "
+            "white noise alone (declared, exact), or a profile of errors that last"},
+           depth.errors, errorWords());
+}
+
 void describeRange(Fields& f, EstimatorOptions& depth) {
   f.number({"Z_min", "least depth reported; a camera closer than this has collided"}, depth.Z_min,
            ranges::kDepth, "m");
@@ -61,6 +68,12 @@ void describe(Fields& f, KnownTargetOptions& pose) {
           "the correction by an image ends once it is complete; false: it is held until the next, "
           "as in the paper"},
          pose.guard);
+}
+
+void describe(Fields& f, GaussMarkov& error, const Range& range, const char* unit) {
+  f.number({"sigma", "1 sigma"}, error.sigma, range, unit);
+  f.number({"tau", "how long it lasts (correlation time); 0: anew in each image"}, error.tau_s,
+           {0, 1000}, "s");
 }
 
 /// Of the coupled regulation, as `pose` needs it.
@@ -121,11 +134,42 @@ void describeOdometryNoise(Fields& f, ObservationOptions& options) {
 
 }  // namespace
 
+void describe(Fields& f, ErrorProfile& e) {
+  f.number(
+      {"scale", "of the translation, constant: true = (1 + scale) measured; no image tells it"},
+      e.scale, {0, 1}, "");
+  f.section({"slip", "likewise, but for a while"}, [&](Fields& slip) {
+    describe(slip, e.slip, {0, 1}, "");
+  });
+  f.number({"gyro_bias", "constant, per axis"}, e.gyroBias_rad_s, {0, 1}, "rad/s");
+  f.number({"gyro_noise", "white, per row and axis"}, e.odometry.sigma_w, {0, 10}, "rad/s");
+  f.number({"velocity_noise", "white, per row and axis"}, e.odometry.sigma_v, {0, 10}, "m/s");
+  f.number({"latency", "constant: how late images are stamped"}, e.latency_s, {0, 2}, "s");
+  f.number({"stamp_jitter", "of the images' stamps, white"}, e.jitter_s, {0, 1}, "s");
+  f.number({"readout", "rolling shutter: from the first row to the last"}, e.readout_s, {0, 1},
+           "s");
+  f.number({"focal", "of the focal length, constant, relative"}, e.focal, {0, 1}, "");
+  f.number({"mount", "of the camera's orientation on the robot, constant, per axis"}, e.mount_rad,
+           {0, 1}, "rad");
+  f.section({"wander", "of each point's tracker, besides its white noise, per axis"},
+            [&](Fields& wander) {
+              describe(wander, e.wander_px, {0, 50}, "px");
+            });
+  f.section({"pose_noise", "of the poses from which the motion is taken, per axis"},
+            [&](Fields& pose) {
+              pose.number({"position", "1 sigma"}, e.position_m, {0, 1}, "m");
+              pose.number({"angle", "1 sigma"}, e.angle_rad, {0, 1}, "rad");
+              pose.number({"tau", "how long it lasts (correlation time); 0: anew in each image"},
+                          e.poseTau_s, {0, 1000}, "s");
+            });
+}
+
 void describe(Fields& f, EstimatorOptions& depth) {
   describeEstimator(f, depth);
   f.number({"initial", "first guess for every point, from Z_min to Z_max", kRequired},
            depth.initial, ranges::kDepth, "m");
   describeRange(f, depth);
+  describeErrors(f, depth);
   describeObject(f, depth);
   f.section({"gains", "of the nonlinear observer: `settling` and `W_min`, or `k` and `k_3`"},
             [&](Fields& gains) { describe(gains, depth.gains); });
@@ -147,6 +191,7 @@ void describe(Fields& f, ObservationOptions& options) {
   f.number({"focal_sigma", "1 sigma of the focal length, relative"}, options.focalSigma, {0, 1},
            "");
   describeRange(f, depth);
+  describeErrors(f, depth);
   describeObject(f, depth);
   describe(f, depth.gains);
   f.section({"joint", kJoint}, [&](Fields& joint) { describe(joint, depth.joint); });

@@ -48,6 +48,13 @@ ObservationOptions observationOf(const ReplaySection& section) {
   return options;
 }
 
+ErrorProfile readErrorProfile(const std::string& file) {
+  ErrorProfile profile;
+  detail::FieldReader(detail::loadYaml(file), file, "",
+                      [&](Fields& fields) { describe(fields, profile); });
+  return profile;
+}
+
 ObservationOptions observationOf(const Sequence& sequence) {
   return observationOf(sequence.replaySection());
 }

@@ -34,15 +34,16 @@ struct SharedErrorFilterOptions {
 ///   m      rotation of the camera's mount (3)     kappa  true / given focal length
 ///   S      scale of the translation: considered (Schmidt 1966), as no image can tell it
 ///   s      slip, first-order Gauss-Markov         j  jitter of this image's stamp, white
-///   e      error of this image's pose (6), first-order Gauss-Markov
 ///   x, y, chi  of each point at the exposure, in the true camera frame
 ///   w      wander of each point's tracker (2), first-order Gauss-Markov
 ///
-///   measured = kappa (x, y) + w - (L u)_xy j + L_xy e + white noise,
+///   measured = kappa (x, y) + w - (L u)_xy j + noise,
 ///
 /// L the derivative of d(x, y, chi)/dt by the twist. What is not in the profile is not in the
-/// state. The points stand where they are at the exposure, t_d before the stamp: an error of t_d
-/// shows only where the twist changes, and a point that starts needs no correlation with it.
+/// state. An error e of the image's pose enters the noise as L cov(e) L': it is common to the
+/// points, but while their depths are vague they would learn it with too much confidence. The
+/// points stand where they are at the exposure, t_d before the stamp: an error of t_d shows only
+/// where the twist changes, and a point that starts needs no correlation with it.
 ///
 /// So many `places` hold the points that learn the shared errors, spread over the image. Every
 /// other point is filtered alone, along the motion corrected by them; the sensitivity of its error
@@ -83,7 +84,7 @@ class SharedErrorFilter : public PointSetEstimator {
 
  private:
   static constexpr int kNone = -1;
-  static constexpr int kMostConstants = 9, kMostShared = 17;
+  static constexpr int kMostConstants = 9, kMostShared = 11;
   using ByShared = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostShared>;
   using ByConstants = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostConstants>;
 
@@ -99,7 +100,8 @@ class SharedErrorFilter : public PointSetEstimator {
   };
   /// A measurement as predicted, and its derivative by the shared states.
   struct Seen {
-    Eigen::Vector2d point;  // without wander
+    Eigen::Vector2d point;   // without wander
+    Eigen::Matrix2d byPose;  // covariance by the error of the pose
     Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostShared> byShared;
   };
   struct Step;
@@ -149,7 +151,7 @@ class SharedErrorFilter : public PointSetEstimator {
 
   // Rows of the shared states; the constants come first.
   int latency_ = kNone, bias_ = kNone, mount_ = kNone, focal_ = kNone, scale_ = kNone;
-  int slip_ = kNone, jitter_ = kNone, pose_ = kNone;
+  int slip_ = kNone, jitter_ = kNone;
   int constants_ = 0, shared_ = 0, perPoint_ = 3;
   int places_ = 0;           // highest place in use + 1
   std::vector<int> seated_;  // slot at each place

@@ -3,8 +3,10 @@
 #include <Eigen/Geometry>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "depthservo/depth/DepthEstimate.h"
+#include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/text/InputError.h"
 #include "depthservo/text/Refuse.h"
@@ -46,6 +48,26 @@ struct JointStateOptions {
   bool time_offset = true, gyro_bias = false, focal = false;
 };
 
+/// What an estimator is told of the robot's errors: an ErrorProfile by its name, or white noise
+/// alone.
+enum class ErrorKind {
+  automatic,  ///< declared where odometry noise is; else poses where the motion is from poses or a
+              ///< target; else typical
+  declared,   ///< what the options declare: white noise and uncertainties that are considered
+  exact,      ///< odometry without error
+  typical,    ///< a wheeled robot
+  arm,
+  poses,
+  file,  ///< EstimatorOptions::profile
+};
+const char* toString(ErrorKind kind);
+
+/// The errors of this name; none: no such word.
+std::optional<ErrorKind> errorKindNamed(const std::string& name);
+
+/// Every name, in the order of the enumeration, but `file`.
+std::vector<std::string> errorKindNames();
+
 /// Which estimator, its first guess and its settings.
 struct EstimatorOptions {
   EstimatorKind estimator = EstimatorKind::filter;
@@ -55,6 +77,8 @@ struct EstimatorOptions {
   ObserverGainOptions gains;
   JointStateOptions joint;
   KnownTargetOptions pose;
+  ErrorKind errors = ErrorKind::declared;
+  ErrorProfile profile;  ///< with `file`
 
   DepthRange range() const { return {Z_min, Z_max}; }
 };

@@ -41,6 +41,8 @@ struct ObservationOptions {
   double odometryScaleSigma = 0;  ///< relative, 1 sigma
   double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
 
+  ObservationOptions() { depth.errors = ErrorKind::automatic; }
+
   DepthPrior prior() const;  ///< of every point
 };
 

@@ -15,4 +15,7 @@ ObservationOptions observationOf(const Sequence& sequence);
 /// The same as the keys of a section `replay`, a line of YAML each.
 std::string replayYaml(const ObservationOptions& options);
 
+/// A file with the keys of ErrorProfile (doc/formats.md). \throw InputError
+ErrorProfile readErrorProfile(const std::string& file);
+
 }  // namespace depthservo

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <optional>
+
+#include "depthservo/observation/ObservationOptions.h"
+
+namespace depthservo {
+
+/// The errors in force. \param options with motion chosen
+ErrorKind errorKindOf(const ObservationOptions& options);
+
+/// Their profile; none: `declared` and `exact`. What is declared besides replaces its part of it.
+std::optional<ErrorProfile> errorsOf(const ObservationOptions& options);
+
+}  // namespace depthservo
