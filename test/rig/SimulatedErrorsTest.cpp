@@ -325,7 +325,7 @@ INSTANTIATE_TEST_SUITE_P(
                  o.sensing.wander = {0.15, 0.7};
                },
                false, true, false}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& source) { return std::string(source.param.name); });
 
 }  // namespace
 }  // namespace depthservo
