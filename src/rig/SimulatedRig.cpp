@@ -43,10 +43,11 @@ ObservedSource sourceOf(const SimulatedRigOptions& options, const World& world, 
 
 struct SimulatedRig::Parts {
   Parts(const SimulatedRigOptions& o, std::string place)
-      : options(o),
+      : options(drawnRobot(o)),
         clock(o.camera, o.seed),
-        world(o),
-        source(sourceOf(o, world, std::move(place))) {}
+        world(options),
+        source(sourceOf(options, world, std::move(place))),
+        stampJitter(o.seed, ErrorSource::stampJitter) {}
 
   SimulatedRigOptions options;
   CameraClock clock;
@@ -54,6 +55,7 @@ struct SimulatedRig::Parts {
   ObservedSource source;
   std::deque<Exposure> underway;  // taken, not yet arrived
   std::size_t rowsRead = 0;
+  NoiseStream stampJitter;
 
   void drive(double until_s, Listener* listener) {
     world.advanceTo(until_s, [&] {
@@ -61,6 +63,7 @@ struct SimulatedRig::Parts {
     });
   }
   void expose();
+  double stamp();
 };
 
 SimulatedRig::SimulatedRig(const SimulatedRigOptions& options, const std::string& place) try
@@ -94,15 +97,25 @@ std::optional<Exposure> SimulatedRig::next(Listener* listener) {
 
 void SimulatedRig::Parts::expose() {
   Exposure exposure;
-  exposure.time_s = fileTime(world.time() + options.sensing.latency);
+  exposure.time_s = stamp();
   if (source.hasImages) {
     world.expose(exposure.image);
   } else {
     exposure.points = world.measure();
   }
   exposure.truth = world.truth();
-  exposure.wMc = world.robot().wMc();
+  exposure.wMc = world.wMc();
   underway.push_back(std::move(exposure));
+}
+
+/// Of an image taken now. Stamps stay in order, and none is before the odometry.
+double SimulatedRig::Parts::stamp() {
+  const double late_s = world.time() + options.sensing.latency;
+  const double jitter_s = options.sensing.stamp_jitter;
+  if (jitter_s == 0) return fileTime(late_s);
+  const double most_s = 0.4 * (1 - options.camera.jitter) / options.camera.fastest();
+  const double drawn_s = std::clamp(jitter_s * stampJitter.next(), -most_s, most_s);
+  return fileTime(std::max(0., late_s + drawn_s));
 }
 
 void SimulatedRig::readOdometry(MotionBuffer& odometry, double /*time_s*/) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "rig/NoiseStream.h"
 #include "text/below.h"
 
 namespace depthservo {
@@ -34,6 +35,31 @@ double SensingOptions::assumedNoise_px() const {
 
 OdometryNoise OdometryOptions::declaredNoise() const {
   return noise.isZero() ? OdometryNoise::none() : OdometryNoise::white(noise[0], noise[1], mode);
+}
+
+SimulatedRigOptions drawnRobot(SimulatedRigOptions rig) {
+  const auto stream = [&](ErrorSource source) { return NoiseStream(rig.seed, source); };
+  OdometryOptions& odometry = rig.odometry;
+  if (odometry.scale_drawn > 0) {
+    const double S = odometry.scale_drawn * stream(ErrorSource::scale).next();
+    odometry.scale /= 1 + odometry.scale * S;
+  }
+  if (odometry.gyro_bias_drawn > 0) {
+    odometry.gyro_bias += odometry.gyro_bias_drawn * stream(ErrorSource::gyroBias).next3();
+  }
+  if (rig.sensing.latency_drawn > 0) {
+    const double drawn = stream(ErrorSource::latency).next();
+    rig.sensing.latency += rig.sensing.latency_drawn * std::abs(drawn);
+  }
+  if (rig.camera.focal_drawn > 0) {
+    rig.camera.focal_error += rig.camera.focal_drawn * stream(ErrorSource::focal).next();
+  }
+  if (rig.robot.mount_drawn > 0) {
+    rig.robot.mount_error += rig.robot.mount_drawn * stream(ErrorSource::mount).next3();
+  }
+  odometry.scale_drawn = odometry.gyro_bias_drawn = 0;
+  rig.sensing.latency_drawn = rig.camera.focal_drawn = rig.robot.mount_drawn = 0;
+  return rig;
 }
 
 void check(const SimulatedRigOptions& rig, const Refuse& refuse) {

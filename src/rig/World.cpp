@@ -36,6 +36,12 @@ SyntheticCamera makeCamera(const SimulatedRigOptions& rig) {
              : SyntheticCamera(camera, target.trueTags().patches(), options);
 }
 
+std::optional<Eigen::Quaterniond> mountOf(const RobotOptions& robot) {
+  if (robot.mount_error.isZero(0)) return std::nullopt;
+  const RpyPose mount{Eigen::Vector3d::Zero(), robot.mount_error};
+  return Eigen::Quaterniond(mount.isometry().linear());
+}
+
 /// Homography (3x3) that takes four pixels to four others; the identity where there is none.
 Eigen::Matrix3d warpBetween(const std::array<Eigen::Vector2d, 4>& from,
                             const std::array<Eigen::Vector2d, 4>& to) {
@@ -61,8 +67,13 @@ World::World(const SimulatedRigOptions& options)
       robot_(makeRobot(options.robot, options.robot.initial)),
       unicycle_(dynamic_cast<UnicycleCamera*>(robot_.get())),
       camera_(makeCamera(options)),
+      mount_(mountOf(options.robot)),
       wMo_(options.target.pose.isometry()),
       random_(options.seed),
+      gyroNoise_(options.seed, ErrorSource::gyroNoise),
+      slip_(1, options.odometry.slip, {options.seed, ErrorSource::slip}),
+      wander_(2 * static_cast<Eigen::Index>(options.target.points.size()), options.sensing.wander,
+              {options.seed, ErrorSource::wander}),
       command_(Eigen::VectorXd::Zero(robot_->velocity().size())) {}
 
 void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
@@ -109,8 +120,9 @@ Twist World::twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isom
 
 void World::addNoise(Twist& twist) {
   const OdometryOptions& odometry = options_.odometry;
-  twist.linear *= odometry.scale;
+  twist.linear *= odometry.scale / (1 + odometry.scale * slip_.at(time_s_)[0]);
   twist.angular += odometry.gyro_bias;
+  if (odometry.gyro_noise > 0) twist.angular += odometry.gyro_noise * gyroNoise_.next3();
   if (odometry.mode == OdometryMode::measured && !odometry.noise.isZero()) {
     for (double& v : twist.linear) v += odometry.noise[0] * gaussian_(random_);
     for (double& w : twist.angular) w += odometry.noise[1] * gaussian_(random_);
@@ -135,7 +147,12 @@ Twist World::targetTwist(double time_s) const {
 }
 
 Twist World::twistRelativeToTarget() const {
-  const Twist camera = robot_->cameraTwist(robot_->velocity()), target = targetTwist(time_s_);
+  Twist camera = robot_->cameraTwist(robot_->velocity());
+  if (mount_) {
+    const Eigen::Quaterniond back = mount_->conjugate();
+    camera = {back * camera.linear, back * camera.angular};
+  }
+  const Twist target = targetTwist(time_s_);
   const Eigen::Isometry3d pose = cMo();
   const Eigen::Vector3d w = pose.linear() * target.angular;
   return {camera.linear - pose.linear() * target.linear - pose.translation().cross(w),
@@ -143,7 +160,7 @@ Twist World::twistRelativeToTarget() const {
 }
 
 Eigen::Isometry3d World::cdMo() const {
-  return makeRobot(options_.robot, *options_.robot.goal)->wMc().inverse() * wMo_;
+  return truly(makeRobot(options_.robot, *options_.robot.goal)->wMc()).inverse() * wMo_;
 }
 
 std::vector<TruePoint> World::goal() const { return seenAt(cdMo()); }
@@ -174,10 +191,11 @@ bool World::isHidden(std::size_t point) const {
 
 std::vector<Eigen::Vector2d> World::pixelErrors() {
   const SensingOptions& sensing = options_.sensing;
+  const Eigen::VectorXd& wander = wander_.at(time_s_);
   std::vector<Eigen::Vector2d> errors;
   for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
-    Eigen::Vector2d error = Eigen::Vector2d::Zero();
-    if (sensing.pixel_noise > 0) error = sensing.pixel_noise * gaussian2();
+    Eigen::Vector2d error = wander.segment<2>(2 * static_cast<Eigen::Index>(i));
+    if (sensing.pixel_noise > 0) error += sensing.pixel_noise * gaussian2();
     if (sensing.outliers > 0) {
       std::uniform_real_distribution<double> fraction;
       const bool isOutlier = fraction(random_) < sensing.outliers;

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "depthservo/robots/UnicycleCamera.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/PointTracker.h"
+#include "rig/NoiseStream.h"
 
 namespace depthservo {
 
@@ -22,9 +24,11 @@ namespace depthservo {
 double onNanosecondGrid(double time_s);
 
 /// The simulated side of a options: robot, plate, camera and odometry. It knows the truth and
-/// hands out what sensors would.
+/// hands out what sensors would. The robot knows where the camera is assumed to be; the true one
+/// may be turned against it.
 class World {
  public:
+  /// \param options of one robot: see drawnRobot
   explicit World(const SimulatedRigOptions& options);
 
   double time() const { return time_s_; }
@@ -40,8 +44,11 @@ class World {
 
   std::vector<TruePoint> truth() const { return seenAt(cMo()); }
 
+  /// Pose of the true camera in the world now.
+  Eigen::Isometry3d wMc() const { return truly(robot_->wMc()); }
+
   /// Pose of the target in the camera now.
-  Eigen::Isometry3d cMo() const { return robot_->wMc().inverse() * wMo_; }
+  Eigen::Isometry3d cMo() const { return wMc().inverse() * wMo_; }
 
   /// The same from the goal, which the options must have, with the target where it is.
   Eigen::Isometry3d cdMo() const;
@@ -57,6 +64,10 @@ class World {
   const SimulatedRobot& robot() const { return *robot_; }
 
  private:
+  /// The true camera where this is the one assumed.
+  Eigen::Isometry3d truly(const Eigen::Isometry3d& wMa) const {
+    return mount_ ? wMa * *mount_ : wMa;
+  }
   std::vector<TruePoint> seenAt(const Eigen::Isometry3d& cMo) const;
   std::vector<Eigen::Vector2d> pixelErrors();
   bool isHidden(std::size_t point) const;
@@ -73,9 +84,13 @@ class World {
   std::unique_ptr<SimulatedRobot> robot_;
   UnicycleCamera* unicycle_;  // the robot, if it is one: it has wheels that count and slip
   SyntheticCamera camera_;
+  std::optional<Eigen::Quaterniond>
+      mount_;  // of the true camera in the one assumed; none: as it is
   Eigen::Isometry3d wMo_;
   std::mt19937_64 random_;
   std::normal_distribution<double> gaussian_;
+  NoiseStream gyroNoise_;
+  LastingNoise slip_, wander_;
   double time_s_ = 0;
   std::uint64_t images_ = 0, rows_ = 0;
   Eigen::VectorXd command_;

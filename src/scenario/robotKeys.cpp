@@ -68,6 +68,13 @@ void describe(Fields& f, RobotOptions& robot) {
   f.number(
       {"camera_yaw", "direction of the horizontal optical axis, from robot x towards y (unicycle)"},
       robot.camera_yaw, ranges::kAngle, "rad");
+  f.numbers({"mount_error",
+             "roll, pitch, yaw of the true camera in the frame of the camera assumed, Rz(yaw) "
+             "Ry(pitch) Rx(roll); simulated error, the estimator is not informed"},
+            robot.mount_error, {-0.5, 0.5}, "rad");
+  f.number(
+      {"mount_drawn", "1 sigma of each angle of what the seed draws and adds to `mount_error`"},
+      robot.mount_drawn, {0, 0.1}, "rad");
   f.number({"pan_axis", "how far the pan axis lies ahead of the wheel axle (pan-unicycle)"},
            robot.pan_axis, {-10, 10}, "m");
   f.section({"arm", "of a mobile-manipulator"}, [&](Fields& arm) { describe(arm, robot.arm); });

@@ -32,11 +32,22 @@ void describe(Fields& f, CameraOptions& camera) {
             "true over given focal length (`fx`, `fy`) - 1; simulated error, the estimator is not "
             "informed"},
            camera.focal_error, {-0.5, 0.5}, "");
+  f.number({"focal_drawn",
+            "1 sigma of what the seed draws and adds to `focal_error`; simulated error, the "
+            "estimator is not informed"},
+           camera.focal_drawn, {0, 0.1}, "");
   f.number({"focal_sigma", "1 sigma of the focal length, relative, that the estimator is told"},
            camera.focal_sigma, {0, 1}, "");
 }
 
 namespace {
+
+/// \param range of sigma \param unit of sigma
+void describe(Fields& f, LastingError& error, const Range& range, const char* unit) {
+  f.number({"sigma", "1 sigma at any time; 0: none"}, error.sigma, range, unit);
+  f.number({"tau", "correlation time: exp(-1) of the error is left after it; 0: white"}, error.tau,
+           {0, 3600}, "s");
+}
 
 void describe(Fields& f, HiddenPeriod& hidden) {
   f.number({"from", "first instant hidden", kRequired}, hidden.from, {0, 3600}, "s");
@@ -72,6 +83,20 @@ void describe(Fields& f, SensingOptions& sensing) {
             "images are stamped so much later than they were taken; simulated error, the estimator "
             "is not informed"},
            sensing.latency, {0, 2}, "s");
+  f.number(
+      {"latency_drawn", "1 sigma of what the seed draws: its absolute value is added to `latency`"},
+      sensing.latency_drawn, {0, 1}, "s");
+  f.number(
+      {"stamp_jitter",
+       "1 sigma of the stamp of each image, white, but never more than 0.4 of the time between "
+       "images; simulated error, the estimator is not informed"},
+      sensing.stamp_jitter, {0, 1}, "s");
+  f.section({"wander",
+             "slow error of every measured position, each axis of each point by itself (drift of a "
+             "template); simulated error, the estimator is not informed"},
+            [&](Fields& wander) {
+              describe(wander, sensing.wander, {0, 50}, "px");
+            });
   f.number({"gray_noise", "1 sigma, white, of every pixel"}, sensing.gray_noise, {0, 100},
            "gray levels");
   f.number({"exposure",
@@ -93,6 +118,24 @@ void describe(Fields& f, OdometryOptions& odometry) {
              "added to the angular velocity, camera frame; simulated error, the estimator is not "
              "informed"},
             odometry.gyro_bias, {-1, 1}, "rad/s");
+  f.number({"scale_drawn",
+            "1 sigma of S, which the seed draws; the true linear velocity is (1 + S) times the "
+            "measured one, so that `scale` is 1 / (1 + S); simulated error, the estimator is not "
+            "informed"},
+           odometry.scale_drawn, {0, 0.2}, "");
+  f.section({"slip",
+             "lasting error s of the linear velocity: the true one is (1 + S + s) times the "
+             "measured one; simulated error, the estimator is not informed"},
+            [&](Fields& slip) {
+              describe(slip, odometry.slip, {0, 0.2}, "");
+            });
+  f.number(
+      {"gyro_bias_drawn", "1 sigma of each axis of what the seed draws and adds to `gyro_bias`"},
+      odometry.gyro_bias_drawn, {0, 1}, "rad/s");
+  f.number({"gyro_noise",
+            "1 sigma per row and axis of the angular velocity, white, besides `noise`; simulated "
+            "error, the estimator is not informed"},
+           odometry.gyro_noise, {0, 1}, "rad/s");
   f.number({"rate", "rows per second; they need not fall on images"}, odometry.rate,
            Range::above(0, 10000), "Hz");
   f.choice({"mode", "commanded: the estimator gets the exact command, the noise moves the robot"},

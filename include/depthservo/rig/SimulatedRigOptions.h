@@ -13,6 +13,12 @@
 
 namespace depthservo {
 
+/// An error that lasts for a while: first-order autoregressive.
+struct LastingError {
+  double sigma = 0;  ///< 1 sigma at any time
+  double tau = 0;    ///< after this time exp(-1) of it is left [s]; 0: white
+};
+
 /// The camera of a simulated robot and its clock.
 struct CameraOptions {
   int width = 640, height = 480;    ///< [px]
@@ -23,6 +29,7 @@ struct CameraOptions {
   double dropped = 0;               ///< probability that an image gets lost [-]
   double focal_error =
       0;  ///< true / given focal length - 1; simulated error; the estimator is not informed [-]
+  double focal_drawn = 0;  ///< 1 sigma of what is added to focal_error, drawn by the seed [-]
   double focal_sigma = 0;  ///< 1 sigma of it told to the estimator [-]
 
   /// As given, to the estimator and the control law.
@@ -61,10 +68,14 @@ struct SensingOptions {
   double delay = 0;     ///< age of an image when it arrives [s]
   double latency =
       0;  ///< images are stamped so late; simulated error; the estimator is not informed [s]
-  double gray_noise = 0;       ///< 1 sigma [gray levels]
-  double exposure = 0;         ///< motion blur lasts this long [s]
-  double vignetting = 0;       ///< fraction of light lost in the corners [-]
-  bool light_on_dark = false;  ///< dots lighter than the plate
+  double latency_drawn =
+      0;  ///< 1 sigma of what is added to the latency, drawn by the seed, >= 0 [s]
+  double stamp_jitter = 0;      ///< 1 sigma of the stamp of each image, white [s]
+  LastingError wander{0, 0.7};  ///< of every measured position, each axis by itself [px]
+  double gray_noise = 0;        ///< 1 sigma [gray levels]
+  double exposure = 0;          ///< motion blur lasts this long [s]
+  double vignetting = 0;        ///< fraction of light lost in the corners [-]
+  bool light_on_dark = false;   ///< dots lighter than the plate
 
   /// assumed_noise if given, else max(pixel_noise, 0.1) [px].
   double assumedNoise_px() const;
@@ -78,7 +89,12 @@ struct OdometryOptions {
   /// Added to the angular velocity in the camera frame; simulated error; the estimator is not
   /// informed [rad/s]
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
-  double rate = 30;  ///< rows per second [Hz]
+  double scale_drawn = 0;     ///< 1 sigma of true / measured linear velocity, drawn by the seed [-]
+  LastingError slip{0, 0.5};  ///< of true / measured linear velocity [-]
+  double gyro_bias_drawn =
+      0;                  ///< 1 sigma of each axis, drawn by the seed, added to gyro_bias [rad/s]
+  double gyro_noise = 0;  ///< 1 sigma per row and axis, white [rad/s]; not in declaredNoise()
+  double rate = 30;       ///< rows per second [Hz]
   OdometryMode mode = OdometryMode::measured;
   double ticks = 0;          ///< resolution of the wheel encoders [m]; 0: perfect
   double wheel_base = 0.36;  ///< distance between the wheels [m]
@@ -99,6 +115,10 @@ struct SimulatedRigOptions {
   SensingOptions sensing;
   OdometryOptions odometry;
 };
+
+/// One robot of those that the options describe: what the seed draws once (the keys `*_drawn`) is
+/// added to the error itself, and is 0 in the result.
+SimulatedRigOptions drawnRobot(SimulatedRigOptions rig);
 
 /// What does not fit together, target and robot included.
 void check(const SimulatedRigOptions& rig, const Refuse& refuse);

@@ -40,7 +40,11 @@ struct RobotOptions {
   RobotKind type = RobotKind::unicycle;
   Eigen::Vector3d camera_offset = Eigen::Vector3d::Zero();  ///< robot frame: x forward, z up [m]
   double camera_yaw = 0;                                    ///< optical axis, about robot z [rad]
-  double pan_axis = 0.1;  ///< of the pan platform, ahead of the wheel axle [m]
+  /// Of the camera's true frame in the one assumed: Rz(yaw) Ry(pitch) Rx(roll) [rad]; simulated
+  /// error; the estimator is not informed.
+  Eigen::Vector3d mount_error = Eigen::Vector3d::Zero();
+  double mount_drawn = 0;  ///< 1 sigma of each of them, drawn by the seed and added [rad]
+  double pan_axis = 0.1;   ///< of the pan platform, ahead of the wheel axle [m]
   ArmOptions arm;
   RobotPose initial;
   std::optional<RobotPose> goal;  ///< this or control.desired
