@@ -20,7 +20,7 @@ SimulatedRigOptions options(double duration, unsigned seed = 1) {
   rig.camera.rate = {50};
   rig.odometry.rate = 50;
   rig.target.points = {{-0.1, -0.1, 0}, {0.1, -0.1, 0}, {0.1, 0.1, 0}, {-0.1, 0.1, 0}};
-  rig.target.pose.xyz.z() = 2;
+  rig.target.pose = {{0, 0, 2}, {0, 0, 0}};
   rig.robot.type = RobotKind::free;
   rig.sensing.source = SensingSource::geometry;
   return rig;
