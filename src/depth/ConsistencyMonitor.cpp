@@ -459,6 +459,8 @@ const char* ConsistencyMonitor::toString(Cause cause) {
       return "unit";
     case Cause::poseConvention:
       return "pose-convention";
+    case Cause::mount:
+      return "mount";
     case Cause::noData:
       return "no-data";
   }
@@ -472,6 +474,8 @@ const char* ConsistencyMonitor::unitOf(Cause cause) {
       return "s";
     case Cause::gyroBias:
       return "rad/s";
+    case Cause::mount:
+      return "rad";
     case Cause::movingTarget:
       return "m/s";
     default:
@@ -532,6 +536,11 @@ std::string ConsistencyMonitor::Diagnosis::message() const {
                     "the motion does not explain the images at all: %d of %d measurements are "
                     "rejected; check its frame, sign, unit and clock, and the order of quaternions",
                     rejected, rejected + values);
+      break;
+    case Cause::mount:
+      say("mount: the camera is turned by about %.4f rad against where it is said to be (evidence "
+          "%.0f sigma, mean NIS %.2f of %d values); calibrate its pose on the robot",
+          size);
       break;
     case Cause::noData:
       std::snprintf(text, sizeof text,

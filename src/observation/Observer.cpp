@@ -46,7 +46,7 @@ struct Observer::Parts {
       diagnosis.emplace(setup.findsPoints() ? kMostJudged : setup.ids.size(), setup.declaredNoise,
                         setup.pixelNoise_px / setup.camera.focal_px(), setup.prior,
                         setup.estimator.depth.range(), jointStatesOf(*estimator),
-                        setup.estimator.errors);
+                        sharedErrorsOf(setup.estimator));
     }
     if (setup.tags) tags.emplace(*setup.tags, setup.camera);
     for (const int id : setup.ids) estimator->setPrior(id, setup.prior);

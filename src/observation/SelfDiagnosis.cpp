@@ -16,44 +16,58 @@ ConsistencyMonitor::Options monitorOptions(const OdometryNoise& odometry) {
   return options;
 }
 
-/// A cause is named from this many times what is reckoned with (1 sigma).
-constexpr double kBeyondProfile = 1.4;
+/// An error is a fault from this many times what is reckoned with (1 sigma), when it is known that
+/// well, after this time.
+constexpr double kBeyondProfile = 1.4, kKnown_sigma = 4, kLearning_s = 3;
+
+bool isOfMotionAsAWhole(Cause cause) {
+  return cause == Cause::motion || cause == Cause::frame || cause == Cause::clock ||
+         cause == Cause::unit || cause == Cause::poseConvention || cause == Cause::outliers;
+}
+
+/// Innovations smaller than declared harm nobody: sigma is too large, that is all.
+bool isFault(const ConsistencyMonitor::Diagnosis& d) {
+  return d.cause != Cause::none && d.cause != Cause::noData &&
+         !(d.cause == Cause::noise && d.size < 1);
+}
 
 }  // namespace
 
 SelfDiagnosis::SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry, double sigma,
                              const DepthPrior& prior, const DepthRange& range,
                              const std::optional<JointStates>& joint,
-                             const std::optional<ErrorProfile>& errors)
+                             const std::optional<SharedErrorFilterOptions>& errors)
     : odometry_(odometry),
       sigma_(sigma),
       joint_(joint),
-      errors_(errors),
-      monitor_(capacity, monitorOptions(odometry), prior, range) {}
+      monitor_(capacity, monitorOptions(odometry), prior, range) {
+  if (errors) learner_.emplace(capacity, *errors, prior, range);
+}
 
-bool SelfDiagnosis::isFault(const ConsistencyMonitor::Diagnosis& d) const {
-  if (!errors_) {
-    // Innovations smaller than declared harm nobody: sigma is too large, that is all.
-    return d.cause != Cause::none && d.cause != Cause::noData &&
-           !(d.cause == Cause::noise && d.size < 1);
+/// With a profile: the monitor takes errors for white, so that of its verdicts only those on the
+/// motion as a whole count; the others come from a filter that learns the errors which last.
+ConsistencyMonitor::Diagnosis SelfDiagnosis::diagnosis() const {
+  ConsistencyMonitor::Diagnosis now = monitor_.diagnosis();
+  if (!learner_ || isOfMotionAsAWhole(now.cause)) return now;
+  if (now.cause != Cause::noData) now.cause = Cause::none;
+  if (!(time_s_ - first_s_ > kLearning_s)) return now;
+  double most = kBeyondProfile;
+  const auto consider = [&](Cause cause, const SharedErrorFilter::Shared& error) {
+    const double size = std::abs(error.value);
+    if (!(error.prior > 0) || size < kKnown_sigma * error.sigma || size < most * error.prior)
+      return;
+    most = size / error.prior;
+    now.cause = cause;
+    now.size = cause == Cause::latency || cause == Cause::focalLength ? error.value : size;
+    now.evidence = size / error.sigma;
+  };
+  consider(Cause::latency, learner_->latency());
+  for (int axis = 0; axis < 3; ++axis) {
+    consider(Cause::gyroBias, learner_->gyroBias(axis));
+    consider(Cause::mount, learner_->mount(axis));
   }
-  // The monitor takes errors for white: what of them lasts is no fault within the profile, and a
-  // target that moves or more noise than declared cannot be told from it.
-  switch (d.cause) {
-    case Cause::latency:
-      return std::abs(d.size) > kBeyondProfile * errors_->latency_s;
-    case Cause::gyroBias:
-      return std::abs(d.size) > kBeyondProfile * errors_->gyroBias_rad_s;
-    case Cause::focalLength:
-      return std::abs(d.size) > kBeyondProfile * errors_->focal;
-    case Cause::none:
-    case Cause::noData:
-    case Cause::noise:
-    case Cause::movingTarget:
-      return false;
-    default:
-      return true;
-  }
+  consider(Cause::focalLength, learner_->focal());
+  return now;
 }
 
 std::optional<std::string> SelfDiagnosis::see(double time_s, const MotionBuffer& odometry,
@@ -67,9 +81,14 @@ std::optional<std::string> SelfDiagnosis::see(double time_s, const MotionBuffer&
   time_s_ = time_s;
   monitor_.predict(motion);
   monitor_.correct(observations);
+  if (isFirst) first_s_ = time_s;
+  if (learner_) {
+    learner_->advance(odometry, time_s);
+    learner_->correct(observations);
+  }
   varianceFactor_ = std::max(varianceFactor_, varianceFactor());
 
-  const ConsistencyMonitor::Diagnosis now = monitor_.diagnosis();
+  const ConsistencyMonitor::Diagnosis now = diagnosis();
   if (!isFault(now)) return {};
   auto known = std::find_if(named_.begin(), named_.end(),
                             [&](const RunDiagnosis& d) { return d.latest.cause == now.cause; });
@@ -87,7 +106,7 @@ std::optional<std::string> SelfDiagnosis::see(double time_s, const MotionBuffer&
 }
 
 double SelfDiagnosis::varianceFactor() const {
-  if (errors_) return 1;
+  if (learner_) return 1;
   const bool isCompensated = joint_ && joint_->estimates(monitor_.diagnosis().cause);
   return isCompensated ? 1 : monitor_.varianceFactor();
 }
@@ -115,10 +134,7 @@ RunDiagnosis SelfDiagnosis::result() const {
   if (longest != named_.end()) {
     result = *longest;
   } else {
-    result.latest = monitor_.diagnosis();
-    if (errors_ && !isFault(result.latest) && result.latest.cause != Cause::noData) {
-      result.latest.cause = Cause::none;
-    }
+    result.latest = diagnosis();
     const ConsistencyMonitor::Diagnosis& d = result.latest;
     if (d.cause == Cause::none && d.values + d.rejected < ConsistencyMonitor::kFewestValues) {
       result.latest.cause = Cause::noData;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "depthservo/depth/ConsistencyMonitor.h"
-#include "depthservo/depth/ErrorProfile.h"
+#include "depthservo/depth/SharedErrorFilter.h"
 #include "depthservo/motion/MotionBuffer.h"
 #include "depthservo/observation/RunLog.h"
 
@@ -20,14 +20,18 @@ class SelfDiagnosis {
   /// \param joint of the joint filter: what it learns does no harm to its depths
   SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry, double sigma,
                 const DepthPrior& prior, const DepthRange& range,
-                const std::optional<JointStates>& joint, const std::optional<ErrorProfile>& errors);
+                const std::optional<JointStates>& joint,
+                const std::optional<SharedErrorFilterOptions>& errors);
 
   /// Takes the points of an image. Returns what there is to say for the first time.
   std::optional<std::string> see(double time_s, const MotionBuffer& odometry,
                                  const std::vector<PointObservation>& observations);
 
   /// A point that will not come again.
-  void retire(int id) { monitor_.retire(id); }
+  void retire(int id) {
+    monitor_.retire(id);
+    if (learner_) learner_->retire(id);
+  }
 
   /// The estimate with its variance inflated by mean NIS / 2 while innovations are larger than
   /// declared.
@@ -43,13 +47,13 @@ class SelfDiagnosis {
   OdometryNoise odometry_;
   double sigma_;
   std::optional<JointStates> joint_;
-  std::optional<ErrorProfile> errors_;
+  std::optional<SharedErrorFilter> learner_;  // with a profile of errors
   ConsistencyMonitor monitor_;
   Motion motion_;  // since the last image
-  double time_s_ = kUnknown;
+  double time_s_ = kUnknown, first_s_ = kUnknown;
   std::vector<RunDiagnosis> named_;  // by cause
   double varianceFactor() const;
-  bool isFault(const ConsistencyMonitor::Diagnosis& diagnosis) const;
+  ConsistencyMonitor::Diagnosis diagnosis() const;
 
   double varianceFactor_ = 1;  // greatest
 };

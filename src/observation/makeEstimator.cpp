@@ -49,14 +49,15 @@ double depthNoiseOfOneImage(const std::vector<Eigen::Vector3d>& points, double d
   return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
-SharedErrorFilterOptions sharedErrors(const EstimatorSetup& setup) {
+}  // namespace
+
+std::optional<SharedErrorFilterOptions> sharedErrorsOf(const EstimatorSetup& setup) {
+  if (!setup.errors) return std::nullopt;
   SharedErrorFilterOptions options;
   options.errors = *setup.errors;
   options.focal_px = setup.focal_px;
   return options;
 }
-
-}  // namespace
 
 double observerGain(const EstimatorSetup& setup) {
   const KnownTargetOptions& pose = setup.depth.pose;
@@ -98,14 +99,14 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
       return pointwise(WindowDepthEstimator(options, range));
     }
     case EstimatorKind::filter:
-      if (setup.errors) {
-        const SharedErrorFilter one(1, sharedErrors(setup), prior, range);
+      if (const auto errors = sharedErrorsOf(setup)) {
+        const SharedErrorFilter one(1, *errors, prior, range);
         return std::make_unique<SeparatePoints>(one, capacity, prior);
       }
       return pointwise(InverseDepthFilter(filter, range));
     case EstimatorKind::joint: {
-      if (setup.errors) {
-        return std::make_unique<SharedErrorFilter>(capacity, sharedErrors(setup), prior, range);
+      if (const auto errors = sharedErrorsOf(setup)) {
+        return std::make_unique<SharedErrorFilter>(capacity, *errors, prior, range);
       }
       JointDepthFilterOptions options;
       options.filter = filter;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "depthservo/depth/PointSetEstimator.h"
+#include "depthservo/depth/SharedErrorFilter.h"
 #include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/observation/EstimatorOptions.h"
 #include "depthservo/observation/RunLog.h"
@@ -14,15 +15,16 @@ namespace depthservo {
 
 /// What an estimator is made from, worked out of its options and what it observes.
 struct EstimatorSetup {
-  EstimatorOptions depth;              ///< which one, its first guess and its range
-  OdometryNoise odometry;              ///< as declared
-  double odometryScaleSigma = 0;       ///< relative, 1 sigma
-  DotTarget target;                    ///< for `pose`
-  double frameRate = 30;               ///< images per second [Hz]; for the gain of `pose`
-  double sigma = 1e-3;                 ///< noise of a point, 1 sigma per axis, normalised; likewise
-  double focalSigma = 0;               ///< of the focal length, relative, 1 sigma
-  std::optional<ErrorProfile> errors = {};  ///< of the robot; none: white noise and the sigmas above
-  double focal_px = 600;               ///< of the camera
+  EstimatorOptions depth;         ///< which one, its first guess and its range
+  OdometryNoise odometry;         ///< as declared
+  double odometryScaleSigma = 0;  ///< relative, 1 sigma
+  DotTarget target;               ///< for `pose`
+  double frameRate = 30;          ///< images per second [Hz]; for the gain of `pose`
+  double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
+  double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
+  std::optional<ErrorProfile> errors =
+      {};                 ///< of the robot; none: white noise and the sigmas above
+  double focal_px = 600;  ///< of the camera
 };
 
 /// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at
@@ -32,6 +34,9 @@ double observerGain(const EstimatorSetup& setup);
 /// The estimator a user chose, for up to `capacity` points. (`true` is a constant depth that is
 /// told the truth in every frame.)
 std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup, std::size_t capacity);
+
+/// For a filter that learns the robot's errors; none: they are taken for white noise.
+std::optional<SharedErrorFilterOptions> sharedErrorsOf(const EstimatorSetup& setup);
 
 /// What a joint filter has learnt besides depths; nothing of another estimator.
 std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator);

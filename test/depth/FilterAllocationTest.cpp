@@ -3,6 +3,8 @@
 #include "depthservo/depth/ConsistencyMonitor.h"
 #include "depthservo/depth/InverseDepthFilterBatch.h"
 #include "depthservo/depth/JointDepthFilter.h"
+#include "depthservo/depth/SeparatePoints.h"
+#include "depthservo/depth/SharedErrorFilter.h"
 #include "support/AllocationCounter.h"
 #include "support/EstimatorExperiment.h"
 
@@ -36,6 +38,10 @@ TEST(FilterAllocation, noneOfTheFiltersAllocatesInTheLoop) {
   JointDepthFilterOptions options;
   options.estimateGyroBias = options.estimateFocal = true;
   JointDepthFilter joint(points.size(), options);
+  SharedErrorFilterOptions few;
+  few.places = 2;
+  SharedErrorFilter shared(points.size(), few);
+  SeparatePoints separate(SharedErrorFilter(1, few), points.size(), {});
   ConsistencyMonitor monitor(points.size());
 
   const std::size_t before = allocations();
@@ -43,6 +49,8 @@ TEST(FilterAllocation, noneOfTheFiltersAllocatesInTheLoop) {
     filter.reset(run.measured[0][0], {1});
     for (std::size_t i = 0; i < points.size(); ++i) batch.reset(i, run.measured[0][i], {1});
     joint.reset();
+    shared.reset();
+    separate.reset();
     monitor.reset();
     for (std::size_t k = 0; k < seen.size(); ++k) {
       const Motion motion = Motion::fromTwist(run.twist(static_cast<int>(k)), t.kPeriod_s);
@@ -53,6 +61,14 @@ TEST(FilterAllocation, noneOfTheFiltersAllocatesInTheLoop) {
       batch.correct(x[k].data(), y[k].data(), sigma[k].data());
       joint.advance(odometry, static_cast<double>(k) * t.kPeriod_s);
       joint.correct(seen[k]);
+      for (PointSetEstimator* set :
+           {static_cast<PointSetEstimator*>(&shared), static_cast<PointSetEstimator*>(&separate)}) {
+        set->advance(odometry, static_cast<double>(k) * t.kPeriod_s);
+        set->correct(seen[k]);
+        set->correctDepth(0, {1.5, 1});
+        if (k % 50 == 49) set->retire(1);
+        if (set->estimate(0).chi < 0) break;
+      }
       monitor.predict(motion);
       monitor.correct(seen[k]);
       if (joint.estimate(0).chi + batch.estimate(0).chi + filter.estimate().chi < 0) break;

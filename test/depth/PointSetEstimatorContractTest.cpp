@@ -11,6 +11,8 @@
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
+#include "depthservo/depth/SeparatePoints.h"
+#include "depthservo/depth/SharedErrorFilter.h"
 #include "support/Garbage.h"
 
 namespace depthservo {
@@ -46,6 +48,24 @@ const std::vector<Method> kMethods{
     {"JointDepthFilterOfEverything",
      [](const DepthRange& range) {
        return std::make_unique<JointDepthFilter>(kCapacity, everything(), DepthPrior{}, range);
+     }},
+    {"SharedErrorFilter",
+     [](const DepthRange& range) {
+       return std::make_unique<SharedErrorFilter>(kCapacity, SharedErrorFilterOptions{},
+                                                  DepthPrior{}, range);
+     }},
+    {"SharedErrorFilterOfFewPlaces",
+     [](const DepthRange& range) {
+       SharedErrorFilterOptions options;
+       options.places = 3;
+       return std::make_unique<SharedErrorFilter>(kCapacity, options, DepthPrior{}, range);
+     }},
+    {"SharedErrorFilterOfEachPoint",
+     [](const DepthRange& range) {
+       SharedErrorFilterOptions options;
+       options.errors = ErrorProfile::poses();
+       return std::make_unique<SeparatePoints>(SharedErrorFilter(1, options, DepthPrior{}, range),
+                                               kCapacity, DepthPrior{});
      }},
     {"InverseDepthFilterOfEachPoint",
      [](const DepthRange& range) {

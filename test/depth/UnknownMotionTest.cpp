@@ -14,6 +14,7 @@
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
+#include "depthservo/depth/SharedErrorFilter.h"
 #include "depthservo/depth/WindowDepthEstimator.h"
 #include "depthservo/pose/VisualMotionObserver.h"
 #include "support/Random.h"
@@ -45,6 +46,10 @@ std::unique_ptr<PointSetEstimator> pointwise(const Estimator& estimator, const D
 
 const std::vector<Method> kMethods{
     {"InverseDepthFilter", [] { return pointwise(InverseDepthFilter(), {1}); }},
+    {"SharedErrorFilter",
+     [] {
+       return std::make_unique<SharedErrorFilter>(kTarget.size(), SharedErrorFilterOptions{});
+     }},
     {"JointDepthFilter",
      [] { return std::make_unique<JointDepthFilter>(kTarget.size(), JointDepthFilterOptions{}); }},
     {"WindowDepthEstimator",

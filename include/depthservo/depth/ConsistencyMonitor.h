@@ -56,13 +56,14 @@ class ConsistencyMonitor {
     clock,   ///< the same, and explained by another clock; size: odometry is early by this [s]
     unit,    ///< the same, and explained by another unit; size: factor for the motion [-]
     poseConvention,  ///< the same, and explained by poses of another convention
-    noData,          ///< too few measurements could be compared; size: their number
+    mount,   ///< the camera is mounted otherwise than said; size: angle [rad]. Not of this monitor
+    noData,  ///< too few measurements could be compared; size: their number
   };
 
   /// As printed: none | latency | gyro-bias | focal-length | moving-target | outliers | noise |
-  /// motion | frame | clock | unit | pose-convention | no-data.
+  /// motion | frame | clock | unit | pose-convention | mount | no-data.
   static const char* toString(Cause cause);
-  /// Unit of the size: "s", "rad/s", "m/s" or "" for ratios and numbers.
+  /// Unit of the size: "s", "rad/s", "rad", "m/s" or "" for ratios and numbers.
   static const char* unitOf(Cause cause);
 
   struct Diagnosis {

@@ -1,0 +1,188 @@
+// Whether depths are honest on a robot with everyday errors, which RobotExperiment simulates on its
+// own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "depthservo/depth/SeparatePoints.h"
+#include "depthservo/depth/SharedErrorFilter.h"
+#include "support/RobotExperiment.h"
+
+namespace depthservo {
+namespace {
+
+using test::Drive;
+using test::Random;
+using test::RobotErrors;
+using test::RobotRun;
+
+constexpr std::size_t kPoints = 12;
+constexpr int kRobots = 24;
+
+/// Of the depths called valid after three seconds.
+struct Honesty {
+  double coverage = 0;  // share within two sigma
+  double valid = 0;     // share called valid
+  double error = 0;     // median, relative, with the robot's true scale taken out
+};
+
+struct Robot {
+  RobotErrors errors;
+  RobotRun run;
+
+  explicit Robot(unsigned seed, const RobotErrors& of) : errors(of) {
+    Random random(seed);
+    const bool isArc = seed % 2 == 0;
+    const Drive course = isArc ? Drive{.3, .12, .30, .10, 5} : Drive{.25, .1, .05, .15, 6};
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      const double x = random.uniform(-1, 1), y = random.uniform(-1, 1),
+                   z = random.uniform(-.3, .9);
+      points.push_back(isArc ? Eigen::Vector3d(x, 3.3 + y, z)
+                             : Eigen::Vector3d(2.5 + 1.5 * x, 3.5 + y, z));
+    }
+    run = test::drive(course, errors, M_PI / 2, points, seed);
+  }
+
+  static Robot typical(unsigned seed, double size = 1) {
+    Random random(5000 + seed);
+    return Robot(seed, RobotErrors::typical(random, size));
+  }
+
+  Honesty judge(PointSetEstimator& estimator) {
+    std::vector<double> errors_;
+    double covered = 0, all = 0;
+    for (const RobotRun::Image& image : run.images) {
+      estimator.advance(run.odometry, image.stamp_s);
+      estimator.correct(image.points);
+      for (const PointObservation& o : image.points) {
+        if (image.stamp_s < 3) continue;
+        ++all;
+        const DepthEstimate e = estimator.estimate(o.id);
+        if (e.status != DepthStatus::valid) continue;
+        const double Z = image.Z[static_cast<std::size_t>(o.id)];
+        covered += std::abs(e.Z() - Z) <= 2 * e.sigma_Z();
+        errors_.push_back(std::abs(e.Z() * (1 + errors.S) - Z) / Z);
+      }
+    }
+    if (errors_.empty()) return {};
+    const auto middle = errors_.begin() + static_cast<std::ptrdiff_t>(errors_.size() / 2);
+    std::nth_element(errors_.begin(), middle, errors_.end());
+    const auto valid = static_cast<double>(errors_.size());
+    return {covered / valid, valid / all, *middle};
+  }
+};
+
+std::unique_ptr<PointSetEstimator> joint() {
+  return std::make_unique<SharedErrorFilter>(kPoints, SharedErrorFilterOptions{}, DepthPrior{3});
+}
+
+std::unique_ptr<PointSetEstimator> alone() {
+  const SharedErrorFilter one(1, {}, DepthPrior{3});
+  return std::make_unique<SeparatePoints>(one, kPoints, DepthPrior{3});
+}
+
+Honesty meanOf(const std::function<std::unique_ptr<PointSetEstimator>()>& make,
+               double* worstError = nullptr) {
+  Honesty mean;
+  for (unsigned seed = 0; seed < kRobots; ++seed) {
+    const auto estimator = make();
+    const Honesty one = Robot::typical(seed).judge(*estimator);
+    mean.coverage += one.coverage / kRobots;
+    mean.valid += one.valid / kRobots;
+    mean.error += one.error / kRobots;
+    if (worstError) *worstError = std::max(*worstError, one.error);
+  }
+  return mean;
+}
+
+TEST(RobotErrors, leaveJointDepthsHonestAndPrecise) {
+  double worst = 0;
+  const Honesty mean = meanOf(joint, &worst);
+  EXPECT_GE(mean.coverage, 0.93);
+  EXPECT_GE(mean.valid, 0.7);
+  EXPECT_LE(mean.error, 0.008);
+  EXPECT_LE(worst, 0.04);
+}
+
+TEST(RobotErrors, leaveDepthsOfPointsAloneHonest) {
+  const Honesty mean = meanOf(alone);
+  EXPECT_GE(mean.coverage, 0.90);
+  EXPECT_GE(mean.valid, 0.6);
+}
+
+TEST(RobotErrors, thatAreNotThereLeaveDepthsExact) {
+  Robot robot(2, RobotErrors{});
+  const auto estimator = joint();
+  const Honesty honesty = robot.judge(*estimator);
+  EXPECT_GE(honesty.coverage, 0.95);
+  EXPECT_LE(honesty.error, 0.005);
+}
+
+TEST(RobotErrors, ofWhiteNoiseAloneAreFarTooSmall) {  // so that the tests above can fail
+  const auto white = std::make_unique<SharedErrorFilter>(
+      kPoints,
+      [] {
+        SharedErrorFilterOptions options;
+        options.errors = ErrorProfile{};
+        options.errors.odometry = OdometryNoise();
+        return options;
+      }(),
+      DepthPrior{3});
+  EXPECT_LT(Robot::typical(2).judge(*white).coverage, 0.5);
+}
+
+TEST(RobotErrors, areLearntWithAnHonestSigma) {
+  double sum[3] = {};
+  for (unsigned seed = 0; seed < kRobots; ++seed) {
+    Random random(7000 + seed);
+    Robot robot(seed, RobotErrors::ofPrior(random));
+    SharedErrorFilter filter(kPoints, {}, DepthPrior{3});
+    robot.judge(filter);
+    const auto nees = [](const SharedErrorFilter::Shared& state, double truth) {
+      EXPECT_LT(state.sigma, 0.5 * state.prior);
+      return std::pow((state.value - truth) / state.sigma, 2) / kRobots;
+    };
+    sum[0] += nees(filter.latency(), robot.errors.latency_s);
+    sum[1] += nees(filter.gyroBias(1), robot.errors.bias(1));
+    sum[2] += nees(filter.mount(1), robot.errors.mount(1));
+  }
+  for (const double nees : sum) {
+    EXPECT_GT(nees, 0.5);
+    EXPECT_LT(nees, 2.2);
+  }
+}
+
+TEST(RobotErrors, ofManyPointsAreLearntFromAFew) {
+  Robot robot = Robot::typical(4);
+  SharedErrorFilterOptions few;
+  few.places = 5;
+  SharedErrorFilter filter(kPoints, few, DepthPrior{3});
+  const Honesty honesty = robot.judge(filter);
+  EXPECT_GE(honesty.coverage, 0.9);
+  EXPECT_GE(honesty.valid, 0.7);
+  EXPECT_LE(honesty.error, 0.02);
+}
+
+TEST(SharedErrorFilter, learnsTheScaleFromADepthThatIsMeasured) {
+  Random random(1);
+  RobotErrors errors;
+  errors.S = 0.03;
+  Robot robot(2, errors);
+  SharedErrorFilter filter(kPoints, {}, DepthPrior{3});
+  robot.judge(filter);
+  const RobotRun::Image& last = robot.run.images.back();
+  const auto errorOf = [&](int i) {
+    const double Z = last.Z[static_cast<std::size_t>(i)];
+    return std::abs(filter.estimate(i).Z() - Z) / Z;
+  };
+  ASSERT_GE(last.points.size(), 2u);
+  const int measured = last.points[0].id, other = last.points[1].id;
+  EXPECT_GT(errorOf(other), 0.02);
+  const double Z = last.Z[static_cast<std::size_t>(measured)];
+  filter.correctDepth(measured, {Z, 0.001 / Z});
+  EXPECT_LT(errorOf(other), 0.01);
+}
+
+}  // namespace
+}  // namespace depthservo
