@@ -299,12 +299,14 @@ void Observer::Parts::judgeRange(RunLog& log) const {
   const auto held =
       static_cast<std::size_t>(std::count_if(setup.ids.begin(), setup.ids.end(), [&](int id) {
         const DepthEstimate estimate = estimator->estimate(id);
-        return estimate.status != DepthStatus::unset &&
-               estimate.status != DepthStatus::lost && isHeld(estimate);
+        return estimate.status != DepthStatus::unset && estimate.status != DepthStatus::lost &&
+               isHeld(estimate);
       }));
   if (2 * held <= setup.ids.size()) return;
   const DepthRange& range = estimator->range();
-  log.diagnosis->latest.cause = ConsistencyMonitor::Cause::unit;
+  log.diagnosis->latest.cause = Cause::unit;
+  log.diagnosis->latest.size = 0;
+  log.diagnosis->latest.rival = Cause::none;
   log.diagnosis->first_s = lastTime_s;
   log.diagnosis->explanation = fmt::format(
       "{} of {} depths are held at the end of the range {:g} to {:g} m: the true ones are beyond; "

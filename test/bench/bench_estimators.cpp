@@ -115,8 +115,8 @@ class Bench {
         return simulate(t, {t.cP}, {OdometryNoise::white(.005 * level, .002 * level)}, seed);
       });
     }
-    const std::pair<const char*, OdometryNoise> tags[] = {
-        {"tag", OdometryNoise::white(.01, .005)}, {"tag, default noise", OdometryNoise{}}};
+    const std::pair<const char*, OdometryNoise> tags[] = {{"tag", OdometryNoise::white(.01, .005)},
+                                                          {"tag, default noise", OdometryNoise{}}};
     for (const auto& [name, noise] : tags) {
       const OdometryNoise& odometry = noise;
       biasOf(name, odometry, true, 4, [&](double level, unsigned seed) {

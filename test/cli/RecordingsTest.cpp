@@ -47,11 +47,12 @@ void expectPage(const fs::path& page) {
   ASSERT_NE(from, std::string::npos);
   const std::size_t to = text.find("</script>", from);
   ASSERT_NE(to, std::string::npos);
-  const auto drawn = nlohmann::json::parse(text.substr(from + begin.size(), to - from - begin.size()));
+  const auto drawn =
+      nlohmann::json::parse(text.substr(from + begin.size(), to - from - begin.size()));
   EXPECT_GT(drawn.at("time").size(), 5u);
   ASSERT_FALSE(drawn.at("points").empty());
   for (const auto& point : drawn.at("points")) {
-    EXPECT_EQ(point.at("Z").size(), drawn.at("time").size());
+    EXPECT_EQ(point.at("columns").at("Z").size(), drawn.at("time").size());
   }
 }
 

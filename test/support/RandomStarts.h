@@ -44,7 +44,8 @@ enum class UsedDepth { truth, observed, blended, constant, goal };
 
 struct Course {
   double time_s = std::numeric_limits<double>::infinity();  ///< infinite: not at the goal
-  double largest = 0;  ///< image coordinate relative to the border; above 1: a point was out of view
+  double largest =
+      0;  ///< image coordinate relative to the border; above 1: a point was out of view
 };
 
 /// Time until the rms image error is, and stays, below 2 px; infinite when it is not by the end
@@ -109,8 +110,7 @@ inline StartsOutcome manyStarts(unsigned starts, UsedDepth depth, double guessFa
   std::vector<double> times;
   Random random(1);
   for (unsigned i = 0; i < starts; ++i) {
-    const Course course =
-        courseFrom(RandomStart::draw(random), depth, guessFactor, i + 1, late);
+    const Course course = courseFrom(RandomStart::draw(random), depth, guessFactor, i + 1, late);
     times.push_back(course.time_s);
     const bool isThere = std::isfinite(course.time_s);
     outcome.success += isThere;
