@@ -110,15 +110,16 @@ void printStatistics(const Metrics& metrics) {
 std::string knowledge(const PointMetrics& point, bool isObserved) {
   const bool isHeld = point.status == DepthStatus::unexcited;
   if (!isObserved && (isHeld || point.status == DepthStatus::valid)) return "as given";
+  const bool isKnown = point.known_to() < 1;
   std::string text =
-      point.known_to() < 1 ? fmt::format("known to {}", inPercent(point.known_to())) : "not known";
+      isKnown ? fmt::format("known to {}", inPercent(point.known_to())) : "not known";
   const bool isHidden = point.status == DepthStatus::coasting || point.status == DepthStatus::lost;
   if (isHidden && std::isfinite(point.last_valid_s)) {
     return text +
            fmt::format(", {}, valid until {:.3f} s", toString(point.status), point.last_valid_s);
   }
-  if (!isHeld) return text + fmt::format(", {}", toString(point.status));
-  return text + ", kept: not excited now";
+  if (isHeld && isKnown) return text + ", kept: not excited now";
+  return text + fmt::format(", {}", toString(point.status));
 }
 
 void printPoint(const PointMetrics& point, const RunLog& log) {

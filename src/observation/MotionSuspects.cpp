@@ -45,7 +45,9 @@ std::vector<OdometryRow> shifted(std::vector<OdometryRow> rows, double by_s) {
 /// Lets the monitor judge a log with other odometry.
 class Trial {
  public:
-  Trial(const RunLog& log, const ObservationOptions& options) : options_(options) {
+  /// \param noise times the pixel noise as declared
+  Trial(const RunLog& log, const ObservationOptions& options, double noise = 1)
+      : options_(options) {
     std::set<int> ids;
     for (std::size_t k = 0; k < std::min(kMostFrames, log.frames.size()); ++k) {
       frames_.push_back({log.frames[k].time_s, {}});
@@ -54,7 +56,7 @@ class Trial {
         ids.insert(f.id);
         const Eigen::Vector2d s = log.camera.normalise(f.u, f.v);
         frames_.back().seen.push_back(
-            {f.id, {s.x(), s.y(), f.sigma_px / log.camera.focal_px(s.x(), s.y())}});
+            {f.id, {s.x(), s.y(), noise * f.sigma_px / log.camera.focal_px(s.x(), s.y())}});
       }
     }
   }
@@ -106,6 +108,22 @@ MotionSuspect suspectClock(const Trial& trial, const std::vector<OdometryRow>& r
           fmt::format("the odometry's clock is {:.2f} s {} that of the images", std::abs(offset_s),
                       offset_s > 0 ? "behind" : "ahead of"),
           shifted(rows, offset_s)};
+}
+
+/// Whether more pixel noise than declared explains the images with the motion as given: a sentence.
+std::string suspectNoise(const RunLog& log, const ObservationOptions& options,
+                         const std::vector<OdometryRow>& rows,
+                         const ConsistencyMonitor::Total& given) {
+  constexpr double kMostLeft = 0.02;  // rejected; white noise leaves fewer
+  for (const int factor : {2, 3, 5}) {
+    const ConsistencyMonitor::Total total = Trial(log, options, factor).judge(rows);
+    if (total.accepted == 0 || total.rejectedShare() > kMostLeft) continue;
+    return fmt::format(
+        "They are explained if the pixel noise is {} times what was declared: then {:.1f} % are "
+        "rejected (now {:.0f} %); measure it with 'depthservo noise'",
+        factor, 100 * total.rejectedShare(), 100 * given.rejectedShare());
+  }
+  return "";
 }
 
 }  // namespace
@@ -185,7 +203,13 @@ void explainMotion(RunLog& log, const ObservationOptions& options,
     bestTotal = total;
   };
   for (const MotionSuspect& suspect : suspects) consider(suspect);
-  if (!best) consider(suspectClock(trial, rows));
+  if (!best) {
+    if (const std::string noise = suspectNoise(log, options, rows, given); !noise.empty()) {
+      log.diagnosis->explanation = noise;
+      return;
+    }
+    consider(suspectClock(trial, rows));
+  }
   if (!best) {
     log.diagnosis->explanation =
         "No usual mistake (axes, signs, order, degrees, inverted poses, w first, a clock apart by "

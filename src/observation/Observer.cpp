@@ -289,9 +289,14 @@ void Observer::Parts::noteCoverage(double time_s, Coverage now) {
   note(time_s, fmt::format("odometry: {}{}", toString(now), since));
 }
 
-/// Depths that stand at the end of the range are a sign of another unit.
+/// Depths that stand at the end of the range are a sign of another unit. A target that moves, or
+/// noise, is then only what else would explain images of a depth beyond.
 void Observer::Parts::judgeRange(RunLog& log) const {
-  if (!log.diagnosis || log.diagnosis->isFault() || setup.ids.empty()) return;
+  using Cause = ConsistencyMonitor::Cause;
+  if (!log.diagnosis || setup.ids.empty()) return;
+  const Cause cause = log.diagnosis->latest.cause;
+  const bool isBetterKnown = cause != Cause::movingTarget && cause != Cause::noise;
+  if (log.diagnosis->isFault() && isBetterKnown) return;
   const auto held =
       static_cast<std::size_t>(std::count_if(setup.ids.begin(), setup.ids.end(), [&](int id) {
         const DepthEstimate estimate = estimator->estimate(id);
@@ -300,7 +305,9 @@ void Observer::Parts::judgeRange(RunLog& log) const {
       }));
   if (2 * held <= setup.ids.size()) return;
   const DepthRange& range = estimator->range();
-  log.diagnosis->latest.cause = ConsistencyMonitor::Cause::unit;
+  log.diagnosis->latest.cause = Cause::unit;
+  log.diagnosis->latest.size = 0;
+  log.diagnosis->latest.rival = Cause::none;
   log.diagnosis->first_s = lastTime_s;
   log.diagnosis->explanation = fmt::format(
       "{} of {} depths are held at the end of the range {:g} to {:g} m: the true ones are beyond; "

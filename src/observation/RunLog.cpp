@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace depthservo {
@@ -40,7 +41,25 @@ bool RunDiagnosis::isMotion() const {
   }
 }
 
+namespace {
+
+/// No cause is no agreement: the innovations, too, must be what was declared.
+bool isFarFromDeclared(const ConsistencyMonitor::Diagnosis& d) {
+  constexpr double kExpected = 2, kShare = 0.25, kSigmas = 5;
+  const double sigma = kExpected / std::sqrt(std::max(1, d.values));
+  return d.meanNis > kExpected * (1 + kShare) && d.meanNis > kExpected + kSigmas * sigma;
+}
+
+}  // namespace
+
 std::string RunDiagnosis::message() const {
+  if (latest.cause == ConsistencyMonitor::Cause::none && isFarFromDeclared(latest)) {
+    return fmt::format(
+        "innovations are {:.1f} times the declared variance (mean NIS {:.2f} of {} values, "
+        "expected "
+        "2), for no reason that could be named: sigma may be too small",
+        latest.meanNis / 2, latest.meanNis, latest.values);
+  }
   const bool isRange = latest.cause == ConsistencyMonitor::Cause::unit && latest.size == 0;
   if (isRange) return explanation;
   return latest.message() + (isCompensated ? "; the joint filter takes it into account" : "") +

@@ -61,10 +61,13 @@ ReproductionCount::ReproductionCount(const std::vector<ReproduceRow>& all) : row
 }
 
 std::string ReproductionCount::text() const {
+  const double share =
+      rows == 0 ? 0 : 100. * static_cast<double>(printed) / static_cast<double>(rows);
   return fmt::format(
-      "{} of the {} claims that are printed there hold; {} of {} figures agree with an independent "
-      "computation",
-      met, printed, agreeing, rows);
+      "{} of the {} claims that the papers print hold, {:.0f} % of all rows; {} of {} rows agree "
+      "with "
+      "our own independent computation, each within its tolerance",
+      met, printed, share, agreeing, rows);
 }
 
 std::string toJson(const std::vector<ReproduceRow>& rows) {

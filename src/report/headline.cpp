@@ -70,7 +70,8 @@ DepthRange rangeOf(const Json& run) {
   return range;
 }
 
-/// What is known of depths without their truth; those held at an end of their range are not.
+/// What is known of depths without their truth. Not known are those held at an end of their range,
+/// and those whose last measurement contradicted them.
 std::string knowledge(const Json& run) {
   constexpr double kAtEnd = 1e-3;  // relative
   const DepthRange range = rangeOf(run);
@@ -79,7 +80,8 @@ std::string knowledge(const Json& run) {
   for (const Json& point : points) {
     const double Z = figure(point, "Z"), share = 2 * figure(point, "sigma_Z") / Z;
     const bool isHeld = Z >= (1 - kAtEnd) * range.Z_max || Z <= (1 + kAtEnd) * range.Z_min;
-    if (point.at("status") != "lost" && !isHeld && share < kKnown) known.push_back(share);
+    const bool isRefuted = point.at("status") == "lost" || point.at("status") == "rejected";
+    if (!isRefuted && !isHeld && share < kKnown) known.push_back(share);
   }
   if (points.empty()) return "";
   if (known.empty()) return "no depth is known to better than 20 %";

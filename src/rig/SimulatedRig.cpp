@@ -132,7 +132,7 @@ void SimulatedRig::describe(FrameRecord& frame) const {
 }
 
 std::string SimulatedRig::whyEnded() const {
-  return fmt::format("not done after {:.6g} s", parts_->options.duration);
+  return fmt::format("the time is up (duration: {:.6g} s)", parts_->options.duration);
 }
 
 bool SimulatedRig::isTargetMoving() const {

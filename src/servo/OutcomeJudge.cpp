@@ -9,7 +9,8 @@
 namespace depthservo {
 namespace {
 
-constexpr double kHold_s = kImageErrorOver_s;  // the error stays within tolerance this long: converged
+constexpr double kHold_s =
+    kImageErrorOver_s;               // the error stays within tolerance this long: converged
 constexpr double kStall_s = 5;       // no progress for this long: stalled. That is,
 constexpr double kStallWay_m = 0.1;  // the robot has hardly moved from where it was
 constexpr double kStallTurn_rad = 0.1;
@@ -25,19 +26,20 @@ constexpr double kTimeSlack_s = 1e-6;
 }  // namespace
 
 OutcomeJudge::OutcomeJudge(const PinholeCamera& camera, const ControlOptions& control, double Z_min,
-                           std::size_t points)
+                           std::size_t points, const char* noun)
     : camera_(camera),
       tolerance_px_(control.tolerance),
       Z_min_(Z_min),
       wait_s_(control.hidden_wait),
-      needed_(std::min(kNeeded, points)) {}
+      needed_(std::min(kNeeded, points)),
+      noun_(noun) {}
 
 bool OutcomeJudge::Since::lasts(double duration_s, double time_s) const {
   return time_s - begin_s_ + kTimeSlack_s >= duration_s;
 }
 
 OutcomeJudge::Verdict OutcomeJudge::leftImage(const char* what) const {
-  return {Outcome::leftImage, fmt::format("dot {} left the image at ({:.0f}, {:.0f}) px {}",
+  return {Outcome::leftImage, fmt::format("{} {} left the image at ({:.0f}, {:.0f}) px {}", noun_,
                                           *outside_, outsideAt_.u, outsideAt_.v, what)};
 }
 
@@ -47,8 +49,8 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::atExposure(double time_s,
   std::optional<std::size_t> outside;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (truth[i].Z < Z_min_) {
-      return Verdict{Outcome::collision, fmt::format("the camera came within {:.3g} m of dot {}",
-                                                     std::max(truth[i].Z, 0.0), i)};
+      return Verdict{Outcome::collision, fmt::format("the camera came within {:.3g} m of {} {}",
+                                                     std::max(truth[i].Z, 0.0), noun_, i)};
     }
     const bool isInside = camera_.contains(truth[i].u, truth[i].v);
     if (isInside) ++inside;

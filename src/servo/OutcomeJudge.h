@@ -15,8 +15,9 @@ namespace depthservo {
 /// Decides from what truly happens when a run is over, and how it ended.
 class OutcomeJudge {
  public:
+  /// \param noun what a point is called: dot | corner
   OutcomeJudge(const PinholeCamera& camera, const ControlOptions& control, double Z_min,
-               std::size_t points);
+               std::size_t points, const char* noun);
 
   struct Verdict {
     Outcome outcome;
@@ -49,6 +50,7 @@ class OutcomeJudge {
   PinholeCamera camera_;
   double tolerance_px_, Z_min_, wait_s_;
   std::size_t needed_;  // points
+  const char* noun_;
   double firstError_px_ = kUnknown;
   std::optional<std::size_t> outside_;  // a dot that is not in the image now,
   TruePoint outsideAt_{};               // where it left it

@@ -2,9 +2,9 @@
 
 #include <visp3/core/vpException.h>
 
+#include "depthservo/observation/UnexcitedPeriods.h"
 #include "depthservo/visp/visp.h"
 #include "observation/Stopwatch.h"
-#include "depthservo/observation/UnexcitedPeriods.h"
 #include "servo/ControlLaw.h"
 #include "servo/OutcomeJudge.h"
 #include "servo/SpeedGovernor.h"
@@ -21,7 +21,8 @@ struct ServoLoop::Parts : Rig::Listener {
                             1 / r.source().frameRate, r.source().place},
                            features, observer.estimator())),
         governor(c.hidden_sigma, camera.focal_px()),
-        judge(camera, c, o.depth.Z_min, observer.ids().size()),
+        judge(camera, c, o.depth.Z_min, observer.ids().size(),
+              r.source().target.tags ? "corner" : "dot"),
         lastCommand(Eigen::VectorXd::Zero(r.robot()->velocityLimits().size())) {
     for (std::size_t i = 0; i < features.size(); ++i) {
       features[i].set_Z(o.depth.initial);

@@ -72,7 +72,7 @@ struct BiasLine {
 
 class Bench {
  public:
-  explicit Bench(unsigned seeds) : seeds_(seeds) {}
+  Bench(unsigned seeds, unsigned first) : seeds_(seeds), first_(first) {}
 
   void filterAlone() {
     const OdometryNoise measured = OdometryNoise::white(.005, .002);
@@ -115,8 +115,8 @@ class Bench {
         return simulate(t, {t.cP}, {OdometryNoise::white(.005 * level, .002 * level)}, seed);
       });
     }
-    const std::pair<const char*, OdometryNoise> tags[] = {
-        {"tag", OdometryNoise::white(.01, .005)}, {"tag, default noise", OdometryNoise{}}};
+    const std::pair<const char*, OdometryNoise> tags[] = {{"tag", OdometryNoise::white(.01, .005)},
+                                                          {"tag, default noise", OdometryNoise{}}};
     for (const auto& [name, noise] : tags) {
       const OdometryNoise& odometry = noise;
       biasOf(name, odometry, true, 4, [&](double level, unsigned seed) {
@@ -131,7 +131,7 @@ class Bench {
       for (const double guess : {.1, .25, 1., 4., 10.}) {
         Conditions conditions;
         Statistics statistics;
-        for (unsigned seed = 1; seed <= seeds_; ++seed) {
+        for (unsigned seed = first_; seed < first_ + seeds_; ++seed) {
           SimulatedRun run = simulate(t, {t.cP}, conditions, seed);
           run.guesses[0] = guess * t.cP.z();
           statistics.add(run, filtered(run, withOdometry(conditions.odometry)));
@@ -151,7 +151,7 @@ class Bench {
     for (const char* name : {"S0", "R0"}) {
       const Trajectory t = trajectory(name);
       std::vector<double> changes, ratios;
-      for (unsigned seed = 1; seed <= seeds_; ++seed) {
+      for (unsigned seed = first_; seed < first_ + seeds_; ++seed) {
         const SimulatedRun run = simulate(t, {t.cP}, {measured}, seed);
         InverseDepthFilter filter(withOdometry(measured));
         filter.reset(run.measured[0][0], {t.cP.z() / 1.5, .5});
@@ -183,7 +183,7 @@ class Bench {
         options.estimateTimeOffset = latency > 0;
         const auto bound = boundOf(t, t.fourPoints(), measured, DepthPrior::kWideSigma_chi);
         Statistics statistics;
-        for (unsigned seed = 1; seed <= seeds_; ++seed) {
+        for (unsigned seed = first_; seed < first_ + seeds_; ++seed) {
           const SimulatedRun run = simulate(t, t.fourPoints(), conditions, seed);
           JointDepthFilter filter(4, options);
           statistics.add(run, filtered(run, filter));
@@ -246,7 +246,7 @@ class Bench {
   std::pair<Statistics, std::vector<double>> alone(const Trajectory& t,
                                                    const Conditions& conditions) const {
     Statistics statistics;
-    for (unsigned seed = 1; seed <= seeds_; ++seed) {
+    for (unsigned seed = first_; seed < first_ + seeds_; ++seed) {
       const SimulatedRun run = simulate(t, {t.cP}, conditions, seed);
       statistics.add(run, filtered(run, withOdometry(conditions.odometry)));
     }
@@ -259,7 +259,7 @@ class Bench {
     BiasLine line{name, {}};
     for (const double level : kLevels) {
       Statistics statistics, without;
-      for (unsigned seed = 1; seed <= seeds_; ++seed) {
+      for (unsigned seed = first_; seed < first_ + seeds_; ++seed) {
         const SimulatedRun run = draw(level, seed);
         for (std::size_t i = 0; i < points; ++i) {
           statistics.add(run, filtered(run, withOdometry(declared), i), i);
@@ -405,7 +405,7 @@ class Bench {
     return 1e-3 * ns;
   }
 
-  unsigned seeds_;
+  unsigned seeds_, first_;
   std::vector<Row> rows_;
   std::vector<BiasLine> biasTable_;
 };
@@ -436,9 +436,11 @@ void print(const std::vector<BiasLine>& table) {
   }
 }
 
-void printJson(const std::vector<Row>& rows, unsigned seeds) {
-  nlohmann::json json{
-      {"seeds", seeds}, {"compiler", __VERSION__}, {"rows", nlohmann::json::array()}};
+void printJson(const std::vector<Row>& rows, unsigned seeds, unsigned first) {
+  nlohmann::json json{{"seeds", seeds},
+                      {"first_seed", first},
+                      {"compiler", __VERSION__},
+                      {"rows", nlohmann::json::array()}};
   for (const Row& row : rows) {
     json["rows"].push_back({{"id", row.id},
                             {"subject", row.subject},
@@ -453,20 +455,24 @@ void printJson(const std::vector<Row>& rows, unsigned seeds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  unsigned seeds = 2000;
+  unsigned seeds = 2000, first = 1;
   bool asJson = false;
   for (int i = 1; i < argc; ++i) {
+    const bool hasNumber = i + 1 < argc && std::atoi(argv[i + 1]) > 0;
     if (std::strcmp(argv[i], "--json") == 0) {
       asJson = true;
-    } else if (std::strcmp(argv[i], "--seeds") == 0 && i + 1 < argc && std::atoi(argv[i + 1]) > 0) {
+    } else if (std::strcmp(argv[i], "--seeds") == 0 && hasNumber) {
       seeds = static_cast<unsigned>(std::atoi(argv[++i]));
+    } else if (std::strcmp(argv[i], "--first-seed") == 0 && hasNumber) {
+      first = static_cast<unsigned>(std::atoi(argv[++i]));
     } else {
       std::fprintf(stderr,
-                   "usage: bench_estimators [--seeds N] [--json]    (N > 0, default 2000)\n");
+                   "usage: bench_estimators [--seeds N] [--first-seed N] [--json]    (N > 0, "
+                   "default 2000 seeds from 1)\n");
       return 2;
     }
   }
-  Bench bench(seeds);
+  Bench bench(seeds, first);
   bench.filterAlone();
   bench.bias();
   bench.guesses();
@@ -474,7 +480,7 @@ int main(int argc, char** argv) {
   bench.joint();
   bench.cost();
   if (asJson) {
-    printJson(bench.rows(), seeds);
+    printJson(bench.rows(), seeds, first);
   } else {
     print(bench.rows());
     print(bench.biasTable());

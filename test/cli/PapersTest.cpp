@@ -45,7 +45,7 @@ TEST_F(Reproduced, says_first_how_many_of_the_papers_own_claims_hold) {
     met += row["reproduces"] ? 1 : 0;
   }
   const std::string words =
-      fmt::format("{} of the {} claims that are printed there hold; ", met, printed);
+      fmt::format("{} of the {} claims that the papers print hold, ", met, printed);
   EXPECT_EQ(result_.err.substr(result_.err.find('\n') + 1).find(words), 0u) << result_.err;
   EXPECT_NE(folder_->read("paper/report.html").find(words), std::string::npos);
 }
@@ -58,8 +58,9 @@ TEST(Reproduce, prints_whole_lines_in_their_order_when_data_and_words_go_to_one_
   ASSERT_EQ(result.exitCode, 0);
   const std::string log = folder.read("log");
   const std::size_t last = log.rfind('\n', log.size() - 2) + 1;
-  EXPECT_NE(log.find("claims that are printed there hold", last), std::string::npos);
-  EXPECT_EQ(log.find("claims that are printed there hold"), log.rfind("claims that are printed"));
+  EXPECT_NE(log.find("claims that the papers print hold", last), std::string::npos);
+  EXPECT_EQ(log.find("claims that the papers print hold"),
+            log.rfind("claims that the papers print"));
 }
 
 TEST_F(Reproduced, leaves_a_folder_with_rows_figures_and_one_page_that_needs_nothing_else) {

@@ -186,5 +186,14 @@ TEST(Report, is_made_anew_from_the_files_of_a_run_folder) {
   EXPECT_EQ(folder.read("run/report.html"), report);
 }
 
+TEST(Run, calls_the_points_of_a_tag_its_corners) {
+  const Result run = depthservo(
+      "run unicycle-apriltag --set depth.estimator=constant --set depth.initial=40 --set "
+      "robot.initial.y=0.8 --set sensing.source=geometry --set expect=null");
+  EXPECT_NE(run.err.find("left-image"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find(": corner "), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find("dot"), std::string::npos) << run.err;
+}
+
 }  // namespace
 }  // namespace depthservo::test

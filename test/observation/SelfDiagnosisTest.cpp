@@ -106,5 +106,31 @@ TEST(GainInDoubt, slows_the_first_images_only) {
   EXPECT_GT(speed(slow, 40), .9 * speed(plain, 40));
 }
 
+TEST(RunDiagnosis, without_a_cause_is_no_agreement_where_innovations_are_larger_than_declared) {
+  RunDiagnosis diagnosis;
+  diagnosis.latest.values = 400;
+  for (const auto& [nis, agrees] : {std::pair(2.1, true), {1.2, true}, {2.4, true}, {4.3, false}}) {
+    diagnosis.latest.meanNis = nis;
+    const std::string message = diagnosis.message();
+    EXPECT_EQ(message.find("agree with the declared noise") != std::string::npos, agrees)
+        << message;
+    EXPECT_EQ(message.find("2.1 times the declared variance") != std::string::npos, !agrees);
+    EXPECT_FALSE(diagnosis.isFault());
+  }
+  diagnosis.latest.values = 30;  // of so few 3.4 may be chance
+  diagnosis.latest.meanNis = 3.4;
+  EXPECT_NE(diagnosis.message().find("agree"), std::string::npos);
+}
+
+TEST(SelfDiagnosis, names_the_range_before_a_target_that_moves) {
+  for (const char* scale : {"odometry.scale=0.1", "odometry.scale=10"}) {
+    const RunLog log = run(kGeneral, {scale, "depth.Z_min=0.5", "depth.Z_max=4"});
+    EXPECT_NE(log.diagnosis->message().find("held at the end of the range 0.5 to 4 m"),
+              std::string::npos)
+        << log.diagnosis->message();
+    EXPECT_EQ(log.diagnosis->message().find("the target moves"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace depthservo

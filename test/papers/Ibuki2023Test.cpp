@@ -14,8 +14,12 @@ namespace {
 using namespace ibuki2023;
 using LostFrames = VisualMotionObserverOptions::LostFrames;
 
-/// The paper's experiment does not meet the paper's own condition; everything else holds.
-TEST(Ibuki2023, everyFigureIsReproducedAndOneClaimIsNot) {
+/// The paper's experiment does not meet the paper's own condition, and the gains that the paper
+/// chose are not those of its own optimum; everything else holds.
+TEST(Ibuki2023, everyFigureIsReproducedAndThreeClaimsAreNot) {
+  const std::set<std::string> refuted = {"ibuki2023/conditions/experiment/eq23",
+                                         "ibuki2023/design/60Hz-U0/ke",
+                                         "ibuki2023/design/60Hz-U0/gamma"};
   std::set<std::string> ids;
   const Reproduction reproduction = reproduce("ibuki2023");
   const auto& rows = reproduction.rows;
@@ -25,7 +29,7 @@ TEST(Ibuki2023, everyFigureIsReproducedAndOneClaimIsNot) {
   }
   for (const ReproduceRow& row : rows) {
     EXPECT_TRUE(row.pass) << row.id << ": expected " << row.expected << ", ours " << row.ours;
-    EXPECT_EQ(row.reproduces, row.id != "ibuki2023/conditions/experiment/eq23") << row.id;
+    EXPECT_EQ(row.reproduces, !refuted.count(row.id)) << row.id;
     EXPECT_TRUE(std::isfinite(row.ours)) << row.id;
     EXPECT_FALSE(row.claim.empty()) << row.id;
     EXPECT_TRUE(ids.insert(row.id).second) << row.id << " comes twice";

@@ -250,6 +250,9 @@ TEST(Headline, says_what_is_known_without_boasting_or_absurd_figures) {
   log.frames.back().features[1].estimate.sigma_chi /= 1e5;
   const std::string one = headlineOf(runOf(log)).sentence;
   EXPECT_NE(one.find("1 of 4 depths known to within"), std::string::npos) << one;
+  log.frames.back().features[1].estimate.status = DepthStatus::rejected;
+  const std::string refuted = headlineOf(runOf(log)).sentence;
+  EXPECT_NE(refuted.find("no depth is known to better than 20 %"), std::string::npos) << refuted;
 }
 
 TEST(Headline, names_a_live_observation_and_a_run_without_a_goal_for_what_they_are) {

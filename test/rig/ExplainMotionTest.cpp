@@ -29,7 +29,7 @@ class ExplainMotion : public testing::Test {
   using Row = std::vector<double>;
   /// A copy of the recording in which the rows of a file are changed, and other files are gone.
   static RunLog replayChanged(const std::string& file, const std::string& without,
-                              const std::function<void(Row&)>& change) {
+                              const std::function<void(Row&)>& change, double pixelNoise_px = 0.2) {
     const test::TemporaryFolder copy;
     const std::filesystem::path place = copy / "bad";
     std::filesystem::copy(*folder_ / "good", place, std::filesystem::copy_options::recursive);
@@ -56,7 +56,7 @@ class ExplainMotion : public testing::Test {
     const Sequence sequence(place.string());
     ObservationOptions options;
     options.depth.initial = 2;
-    options.pixelNoise_px = 0.2;
+    options.pixelNoise_px = pixelNoise_px;
     return replay(sequence, options);
   }
 
@@ -132,6 +132,16 @@ TEST_F(ExplainMotion, names_quaternions_with_w_first) {
     r = {r[0], r[1], r[2], r[3], r[7], r[4], r[5], r[6]};
   });
   expectNamed(log, Cause::poseConvention, "w first");
+}
+
+TEST_F(ExplainMotion, blames_the_pixel_noise_where_it_was_declared_too_small) {
+  for (const auto& [declared_px, factor] : {std::pair(0.09, "2 times"), {0.05, "5 times"}}) {
+    const std::string message = replayChanged(
+                                    "twist.csv", "", [](Row&) {}, declared_px)
+                                    .diagnosis->message();
+    EXPECT_NE(message.find("pixel noise is " + std::string(factor)), std::string::npos) << message;
+    EXPECT_EQ(message.find("No usual mistake"), std::string::npos) << message;
+  }
 }
 
 TEST_F(ExplainMotion, says_so_when_nothing_explains_them) {

@@ -57,7 +57,7 @@ struct ReproductionCount {
   std::size_t printed = 0, met = 0;    ///< claims with a figure or a statement in the paper itself
 
   explicit ReproductionCount(const std::vector<ReproduceRow>& rows);
-  /// "78 of 93 statements printed in the papers are met; 557 of 557 figures agree with ...".
+  /// "77 of the 93 claims that the papers print hold, 17 % of all rows; 557 of 557 rows agree ...".
   std::string text() const;
 };
 

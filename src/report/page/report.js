@@ -35,6 +35,7 @@ function showPoints() {
   const titles = ['point', 'Z ± 2 sigma [m]', 'known to'].concat(hasTruth ? ['truth [m]', 'error'] : [],
     ['at the end', 'seen', 'to 5 %']);
   for (const title of titles) element(head, 'th', title, title === 'at the end' ? 'words' : undefined);
+  head.lastChild.title = 'When 2 sigma fell below 10 % of Z; +n fr.: forecast, after n frames more like the last';
   const body = element(table, 'tbody');
   const listed = areMany ? run.points.slice(0, MOST_ROWS) : run.points;
   for (const point of listed) {
@@ -52,7 +53,7 @@ function showPoints() {
     const all = point.measured_frames + point.hidden_frames;
     element(row, 'td', percent(all ? point.measured_frames / all : null));
     element(row, 'td', isKnown(point.time_to_5pct_s) ? `${figure(point.time_to_5pct_s, 2)} s`
-      : isKnown(point.frames_to_5pct) ? `+${figure(point.frames_to_5pct)} frames` : 'never');
+      : isKnown(point.frames_to_5pct) ? `+${figure(point.frames_to_5pct)} fr.` : 'never');
   }
   if (!areMany) return;
   byId('left-out').hidden = false;
