@@ -26,20 +26,6 @@ const char* toString(Outcome outcome) {
   return "";
 }
 
-bool RunDiagnosis::isMotion() const {
-  using Cause = ConsistencyMonitor::Cause;
-  switch (latest.cause) {
-    case Cause::motion:
-    case Cause::frame:
-    case Cause::clock:
-    case Cause::unit:
-    case Cause::poseConvention:
-      return true;
-    default:
-      return false;
-  }
-}
-
 std::string RunDiagnosis::message() const {
   const bool isRange = latest.cause == ConsistencyMonitor::Cause::unit && latest.size == 0;
   if (isRange) return explanation;
