@@ -8,8 +8,10 @@
 #include <set>
 
 #include "depthservo/depth/DepthGains.h"
+#include "depthservo/observation/words.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "observation/makeTracker.h"
+#include "text/Names.h"
 
 namespace depthservo {
 namespace {
@@ -48,7 +50,7 @@ void requireTracked(const ObservedSource& source, TrackerKind tracker, const cha
   throw InputError({source.place, 0, ""},
                    fmt::format("{} needs the points of the target, which --tracker {} does not "
                                "follow",
-                               what, nameOf(tracker)));
+                               what, toString(tracker)));
 }
 
 void requireGains(const ObservedSource& source, const ObserverGainOptions& gains) {
@@ -60,18 +62,21 @@ void requireGains(const ObservedSource& source, const ObserverGainOptions& gains
                    objection);
 }
 
-const char* nameOf(MotionSource motion) {
-  switch (motion) {
-    case MotionSource::twist:
-      return "twist";
-    case MotionSource::groundtruth:
-      return "groundtruth";
-    default:
-      return "target";
-  }
+const std::vector<detail::Choice<MotionSource>>& motionWords() {
+  static const std::vector<detail::Choice<MotionSource>> all = {
+      {MotionSource::twist, "twist"},
+      {MotionSource::groundtruth, "groundtruth"},
+      {MotionSource::target, "target"},
+      {MotionSource::automatic, "auto"}};
+  return all;
 }
 
 }  // namespace
+
+MotionSource motionNamed(const std::string& name, const InputError::Place& place) {
+  if (const auto source = detail::valueOf(motionWords(), name)) return *source;
+  throw InputError(place, detail::unknownWord(name, detail::wordsOf(motionWords())));
+}
 
 ObservedSource ObservedSource::of(const Sequence& sequence) {
   ObservedSource source{sequence.folder(), sequence.folder() + "/sequence.yaml", sequence.camera(),
@@ -150,8 +155,8 @@ ObserverSetup ObserverSetup::of(const ObservedSource& source, const ObservationO
 }
 
 std::string configurationOf(const ObservationOptions& options) {
-  nlohmann::ordered_json json{{"tracker", nameOf(options.tracker)},
-                              {"motion", nameOf(options.motion)},
+  nlohmann::ordered_json json{{"tracker", toString(options.tracker)},
+                              {"motion", detail::wordOf(motionWords(), options.motion)},
                               {"estimator", toString(options.depth.estimator)},
                               {"prior_Z", options.depth.initial},
                               {"prior_sigma_Z", nullptr},

@@ -32,8 +32,9 @@ SelfDiagnosis::SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry
       joint_(joint),
       monitor_(capacity, monitorOptions(odometry), prior, range) {}
 
-std::optional<std::string> SelfDiagnosis::see(double time_s, const MotionBuffer& odometry,
-                                              const std::vector<PointObservation>& observations) {
+std::optional<std::string> SelfDiagnosis::update(
+    double time_s, const MotionBuffer& odometry,
+    const std::vector<PointObservation>& observations) {
   const double before_s = std::isnan(time_s_) ? time_s : time_s_;
   const auto [motion, coverage] = odometry.motion(before_s, time_s);
   const bool isFirst = std::isnan(time_s_);

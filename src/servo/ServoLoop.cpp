@@ -2,9 +2,8 @@
 
 #include <visp3/core/vpException.h>
 
-#include "depthservo/visp/visp.h"
-#include "observation/Stopwatch.h"
 #include "depthservo/observation/UnexcitedPeriods.h"
+#include "observation/Stopwatch.h"
 #include "servo/ControlLaw.h"
 #include "servo/OutcomeJudge.h"
 #include "servo/SpeedGovernor.h"
