@@ -61,8 +61,8 @@ depthservo_pkgconfig(depthservo-visp "depthservo-features and depthservo-robots"
 depthservo_pkgconfig(depthservo-vision "Trackers, synthetic camera and recorded sequences"
                      LIBS -ldepthservo_vision REQUIRES depthservo-core visp
                      STATIC yaml-cpp fmt apriltag libpng libjpeg)
-depthservo_pkgconfig(depthservo-servo "Closed servo loops from scenarios, and their reports"
+depthservo_pkgconfig(depthservo-servo "Observers of simulated, recorded and live rigs; closed servo loops"
                      LIBS -ldepthservo_servo REQUIRES depthservo-visp depthservo-vision
-                     STATIC yaml-cpp fmt apriltag libpng libjpeg cairo-pdf)
+                     STATIC yaml-cpp fmt apriltag libpng libjpeg)
 depthservo_pkgconfig(depthservo "What an existing ViSP program needs: depthservo-visp"
                      REQUIRES depthservo-visp)

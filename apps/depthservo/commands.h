@@ -19,4 +19,9 @@ void addTarget(CLI::App& app, int& exitCode);
 void addNoise(CLI::App& app, int& exitCode);
 void addKeys(CLI::App& app, int& exitCode);
 
+/// In the order of --help.
+constexpr void (*kSubcommands[])(CLI::App&, int&) = {addRun,     addReplay,    addRecord, addReport,
+                                                     addCompare, addReproduce, addGains,  addLive,
+                                                     addTarget,  addNoise,     addKeys};
+
 }  // namespace depthservo

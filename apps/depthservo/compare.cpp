@@ -9,7 +9,6 @@
 
 #include "ProgressBar.h"
 #include "commands.h"
-#include "depthservo/report/RunFolder.h"
 #include "observation.h"
 #include "scenarioFile.h"
 

@@ -69,14 +69,11 @@ DepthGains depthGainsOf(const GainArguments& a) {
 }
 
 nlohmann::ordered_json stability(const DepthGains& gains, const DepthGains::Stability& s) {
-  const auto orNull = [](double value) {
-    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
-  };
   const bool isStable = s.low < gains.excitation && gains.excitation < s.high;
   return {{"stable", isStable},
           {"least_excitation", s.low},
-          {"greatest_excitation", orNull(s.high)},
-          {"margin", orNull(s.margin(gains.excitation))}};
+          {"greatest_excitation", s.high},
+          {"margin", s.margin(gains.excitation)}};
 }
 
 void printDepthGains(const DepthGains& gains, const GainArguments& a, double focal_px) {

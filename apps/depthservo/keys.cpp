@@ -11,17 +11,20 @@ namespace {
 
 struct KeyArguments {
   std::string prefix;
-  bool replay = false, markdown = false, schema = false;
+  bool replay = false, errors = false, markdown = false, schema = false;
 };
 
 void printKeys(const KeyArguments& a) {
   if (a.schema) {
-    if (a.replay || a.markdown) refuseOption("--schema", "is for scenarios, and alone");
+    if (a.replay || a.errors || a.markdown) refuseOption("--schema", "is for scenarios, and alone");
     fmt::print("{}", scenarioSchema());
     return;
   }
   if (a.markdown && !a.prefix.empty()) refuseOption("--markdown", "prints all keys");
-  const KeySet set = a.replay ? KeySet::replay : KeySet::scenario;
+  if (a.replay && a.errors) refuseOption("--errors", "is for another file than --replay");
+  const KeySet set = a.replay   ? KeySet::replay
+                     : a.errors ? KeySet::errors
+                                : KeySet::scenario;
   fmt::print("{}", a.markdown ? keysAsMarkdown(set) : keysAsText(set, a.prefix));
 }
 
@@ -33,6 +36,7 @@ void addKeys(CLI::App& app, int&) {
   auto a = std::make_shared<KeyArguments>();
   command->add_option("PREFIX", a->prefix, "Only keys that begin like this, e.g. depth");
   command->add_flag("--replay", a->replay, "Keys of 'replay' in sequence.yaml instead");
+  command->add_flag("--errors", a->errors, "Keys of a file for --errors instead, as in `typical`");
   command->add_flag("--markdown", a->markdown, "As the table in doc/formats.md");
   command->add_flag("--schema", a->schema, "As a JSON schema for editors");
   command->callback([a] { printKeys(*a); });

@@ -7,6 +7,7 @@
 
 #include "View.h"
 #include "commands.h"
+#include "depthservo/observation/words.h"
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/rig/LiveRig.h"
@@ -116,7 +117,7 @@ int watchLive(const LiveArguments& arguments) {
     options.observation = observationOf(options.target.replay);
   }
   apply(arguments.observation, options.target.tags.has_value(), options.observation);
-  options.observation.tracker = trackerNamed(arguments.tracker);
+  options.observation.tracker = trackerNamed(arguments.tracker, {"--tracker", 0, ""});
   if (arguments.motion != "twist" && arguments.motion != "target" && !arguments.motion.empty()) {
     refuseWord("--motion", arguments.motion, {"twist", "target"});
   }

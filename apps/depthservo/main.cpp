@@ -36,17 +36,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.get_formatter()->column_width(44);
   int exitCode = kMet;
-  addRun(app, exitCode);
-  addReplay(app, exitCode);
-  addRecord(app, exitCode);
-  addReport(app, exitCode);
-  addCompare(app, exitCode);
-  addReproduce(app, exitCode);
-  addGains(app, exitCode);
-  addLive(app, exitCode);
-  addTarget(app, exitCode);
-  addNoise(app, exitCode);
-  addKeys(app, exitCode);
+  for (const auto add : kSubcommands) add(app, exitCode);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {

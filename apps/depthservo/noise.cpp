@@ -6,6 +6,7 @@
 #include "ProgressBar.h"
 #include "commands.h"
 #include "depthservo/experiments/PixelNoise.h"
+#include "depthservo/observation/words.h"
 #include "numbers.h"
 #include "observation.h"
 
@@ -27,14 +28,15 @@ PixelNoise measure(const NoiseArguments& a) {
   const auto show = [&](double done) { bar.show(done); };
   if (!a.sequence.empty()) {
     const Sequence sequence(a.sequence, a.options);
-    return measurePixelNoise(sequence, trackerNamed(a.tracker), show);
+    return measurePixelNoise(sequence, trackerNamed(a.tracker, {"--tracker", 0, ""}), show);
   }
   const SequenceTarget seen = a.target.empty() ? SequenceTarget{} : readTarget(a.target);
   silenceImageLibraries();
   VideoOptions video;
   video.fps = a.options.fps > 0 ? a.options.fps : 1;  // times do not matter
   VideoSource images(a.source, video);
-  return measurePixelNoise(images, a.images, seen, trackerNamed(a.tracker), show);
+  return measurePixelNoise(images, a.images, seen, trackerNamed(a.tracker, {"--tracker", 0, ""}),
+                           show);
 }
 
 /// Two digits, upwards: noise that is told too small makes sigma too small.

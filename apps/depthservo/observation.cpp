@@ -11,6 +11,7 @@
 #include <opencv2/core/utils/logger.hpp>
 
 #include "TagLines.h"
+#include "depthservo/observation/words.h"
 #include "depthservo/report/Metrics.h"
 #include "depthservo/scenario/observationOf.h"
 #include "numbers.h"
@@ -52,26 +53,6 @@ JointStateOptions jointNamed(const std::vector<std::string>& names) {
     }
   }
   return joint;
-}
-
-/// The value of a word that is given to an option.
-template <class T>
-T named(const char* option, const std::string& word,
-        const std::vector<std::pair<std::string, T>>& choices) {
-  std::vector<std::string> valid;
-  for (const auto& [name, value] : choices) {
-    if (name == word) return value;
-    valid.push_back(name);
-  }
-  refuseWord(option, word, valid);
-}
-
-MotionSource motionNamed(const std::string& name) {
-  return named<MotionSource>("--motion", name,
-                             {{"twist", MotionSource::twist},
-                              {"groundtruth", MotionSource::groundtruth},
-                              {"target", MotionSource::target},
-                              {"auto", MotionSource::automatic}});
 }
 
 double median(std::vector<double> values) {
@@ -228,7 +209,7 @@ void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptio
   }
   if (!arguments.errors.empty()) {
     const auto kind = errorKindNamed(arguments.errors);
-    if (kind && *kind != ErrorKind::file) {
+    if (kind) {
       options.depth.errors = *kind;
     } else if (std::filesystem::exists(arguments.errors)) {
       options.depth.errors = ErrorKind::file;
@@ -280,19 +261,10 @@ void addSequenceOptions(CLI::App& command, SequenceArguments& a) {
 
 ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence) {
   ObservationOptions options = observationOf(sequence);
-  options.tracker = trackerNamed(arguments.tracker);
-  options.motion = motionNamed(arguments.motion);
+  options.tracker = trackerNamed(arguments.tracker, {"--tracker", 0, ""});
+  options.motion = motionNamed(arguments.motion, {"--motion", 0, ""});
   apply(arguments.observation, sequence.tags().has_value(), options);
   return options;
-}
-
-TrackerKind trackerNamed(const std::string& name) {
-  return named<TrackerKind>("--tracker", name,
-                            {{"dots", TrackerKind::dots},
-                             {"apriltag", TrackerKind::apriltag},
-                             {"klt", TrackerKind::klt},
-                             {"tracks", TrackerKind::tracks},
-                             {"auto", TrackerKind::automatic}});
 }
 
 void silenceImageLibraries() {

@@ -28,8 +28,6 @@ void addObservationOptions(CLI::App& command, ObservationArguments& arguments);
 /// \throw InputError
 void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptions& options);
 
-TrackerKind trackerNamed(const std::string& name);  ///< \throw InputError
-
 /// Recorded data and what is made of them: for replay and compare.
 struct SequenceArguments {
   std::string tracker = "auto", motion = "auto";

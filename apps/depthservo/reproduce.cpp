@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <functional>
+#include <future>
 #include <memory>
 
 #include "ProgressBar.h"
 #include "commands.h"
-#include "depthservo/report/RunFolder.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -47,12 +48,17 @@ void printTable(const std::vector<ReproduceRow>& rows) {
 int reproduce(const ReproduceArguments& arguments) {
   const std::vector<Paper> chosen = papersNamed(arguments.paper);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
+  std::vector<std::future<Reproduction>> running;
+  for (const Paper& paper : chosen) {
+    running.push_back(std::async(std::launch::async, depthservo::reproduce, paper.name,
+                                 std::cref(arguments.options)));
+  }
   std::vector<ReproducedPaper> reproduced;
   std::vector<ReproduceRow> rows;
   for (const Paper& paper : chosen) {
     ProgressBar bar(fmt::format("reproduce {}", paper.name));
     bar.show(static_cast<double>(reproduced.size()) / static_cast<double>(chosen.size()));
-    reproduced.push_back({paper, depthservo::reproduce(paper.name, arguments.options)});
+    reproduced.push_back({paper, running[reproduced.size()].get()});
     const auto& more = reproduced.back().result.rows;
     rows.insert(rows.end(), more.begin(), more.end());
   }

@@ -1,4 +1,3 @@
-#include <memory>
 
 #include "commands.h"
 #include "depthservo/text/InputError.h"

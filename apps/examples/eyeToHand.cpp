@@ -3,49 +3,15 @@
 // against the hand: its twist relative to them is -cVe eJe qdot.
 #include <depthservo/features/FeaturePoint.h>
 #include <depthservo/features/cameraTwist.h>
-#include <depthservo/visp/using.h>
-#include <visp3/core/vpHomogeneousMatrix.h>
 #include <visp3/core/vpPoint.h>
 #include <visp3/visual_features/vpFeatureBuilder.h>
 #include <visp3/vs/vpServo.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iostream>
 
-namespace {
-
-constexpr double kLinks[3] = {0.30, 0.35, 0.15};  // m
-
-/// Frames of the arm in the world: the base of each link, then the end effector.
-std::array<vpHomogeneousMatrix, 4> frames(const vpColVector& q) {
-  std::array<vpHomogeneousMatrix, 4> wMi;
-  for (unsigned i = 0; i < 3; ++i) {
-    const vpHomogeneousMatrix turn(0, 0, 0, 0, 0, q[i]), link(kLinks[i], 0, 0, 0, 0, 0);
-    wMi[i] = wMi[i] * turn;
-    wMi[i + 1] = wMi[i] * link;
-  }
-  return wMi;
-}
-
-vpHomogeneousMatrix wMe(const vpColVector& q) { return frames(q)[3]; }
-
-/// Twist of the end effector in its own frame by joint velocities: joint i turns about the z axis
-/// of link i, which is at (x, y) as seen from the end effector.
-vpMatrix eJe(const vpColVector& q) {
-  const auto wMi = frames(q);
-  vpMatrix J(6, 3, 0.);
-  for (unsigned i = 0; i < 3; ++i) {
-    const vpHomogeneousMatrix eMi = wMi[3].inverse() * wMi[i];
-    J[0][i] = eMi[1][3];
-    J[1][i] = -eMi[0][3];
-    J[5][i] = 1;
-  }
-  return J;
-}
-
-}  // namespace
+#include "planarArm.h"
 
 int main() {
   const double dt = 1. / 30;

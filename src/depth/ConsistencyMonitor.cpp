@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "depth/FilterPointSteps.h"
 #include "motion/rateByTwist.h"
@@ -141,7 +140,7 @@ void ConsistencyMonitor::predict(const Motion& motion) {
   sinceCorrection_s_ += motion.dt;
   std::copy_backward(twists_.begin(), twists_.end() - 1, twists_.end());
   const Twist twist = motion.twist();
-  twists_[0] << twist.linear, twist.angular;
+  twists_[0] = twist.vector();
   const double n = 1 / (dt_ * dt_), band = options_.filter.odometry.deadBand;
   isMoving_ = options_.filter.odometry.mode == OdometryMode::commanded || step_.rho > 0 ||
               twist.angular.squaredNorm() > band * band * step_.variance_theta * n;
@@ -161,7 +160,7 @@ void ConsistencyMonitor::predictSlot(Slot& slot, const Motion& motion) {
   slot.e = flowJacobian(motion, before, after) * slot.e;
   const Eigen::Matrix<double, 3, 6> Ldt = motion.dt * L;
   if (twistCount_ == 4) {
-    const Eigen::Matrix<double, 6, 1> acceleration =
+    const Vector6d acceleration =
         (twists_[0] + twists_[1] - twists_[2] - twists_[3]) / (4 * motion.dt);
     slot.e.col(kLatency) -= Ldt * acceleration;
   }
@@ -431,130 +430,6 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::diagnosis() const {
   undecided.values = latest_.values;
   undecided.rejected = latest_.rejected;
   return undecided;
-}
-
-const char* ConsistencyMonitor::toString(Cause cause) {
-  switch (cause) {
-    case Cause::none:
-      return "none";
-    case Cause::latency:
-      return "latency";
-    case Cause::gyroBias:
-      return "gyro-bias";
-    case Cause::focalLength:
-      return "focal-length";
-    case Cause::movingTarget:
-      return "moving-target";
-    case Cause::outliers:
-      return "outliers";
-    case Cause::noise:
-      return "noise";
-    case Cause::motion:
-      return "motion";
-    case Cause::frame:
-      return "frame";
-    case Cause::clock:
-      return "clock";
-    case Cause::unit:
-      return "unit";
-    case Cause::poseConvention:
-      return "pose-convention";
-    case Cause::mount:
-      return "mount";
-    case Cause::noData:
-      return "no-data";
-  }
-  return "";
-}
-
-const char* ConsistencyMonitor::unitOf(Cause cause) {
-  switch (cause) {
-    case Cause::latency:
-    case Cause::clock:
-      return "s";
-    case Cause::gyroBias:
-      return "rad/s";
-    case Cause::mount:
-      return "rad";
-    case Cause::movingTarget:
-      return "m/s";
-    default:
-      return "";
-  }
-}
-
-std::string ConsistencyMonitor::Diagnosis::message() const {
-  char text[256];
-  const auto say = [&](const char* format, double value) {
-    std::snprintf(text, sizeof text, format, value, evidence, meanNis, values);
-  };
-  switch (cause) {
-    case Cause::none:
-      std::snprintf(text, sizeof text,
-                    "images and odometry agree with the declared noise (mean NIS %.2f of %d "
-                    "values, expected 2)",
-                    meanNis, values);
-      break;
-    case Cause::latency:
-      say("latency: the images are about %.0f ms late against the odometry (evidence %.0f sigma, "
-          "mean NIS %.2f of %d values); correct the stamps or use the joint filter",
-          1e3 * size);
-      break;
-    case Cause::gyroBias:
-      say("gyro bias of about %.4f rad/s (evidence %.0f sigma, mean NIS %.2f of %d values); "
-          "calibrate it at rest",
-          size);
-      break;
-    case Cause::focalLength:
-      say("calibration: the focal length is about %+.1f %% off (evidence %.0f sigma, mean NIS %.2f "
-          "of %d values); calibrate the camera or let the joint filter estimate it",
-          100 * size);
-      break;
-    case Cause::movingTarget:
-      say("the target moves, at about %.1f mm/s (evidence %.0f sigma, mean NIS %.2f of %d values); "
-          "its depth cannot be observed so",
-          1e3 * size);
-      break;
-    case Cause::outliers:
-      say("outliers: %.1f %% of the measurements are rejected (%.0f sigma, mean NIS of the others "
-          "%.2f of %d values); look at the tracker",
-          100 * size);
-      break;
-    case Cause::noise:
-      say(size > 1 ? "innovations %.1f times the declared variance (%.0f sigma, mean NIS %.2f of "
-                     "%d values): noise is larger than declared, or the model is wrong"
-                   : "innovations only %.2f times the declared variance (%.0f sigma, mean NIS %.2f "
-                     "of %d values): declare less noise for smaller sigmas",
-          size);
-      break;
-    case Cause::motion:
-    case Cause::frame:
-    case Cause::clock:
-    case Cause::unit:
-    case Cause::poseConvention:
-      std::snprintf(text, sizeof text,
-                    "the motion does not explain the images at all: %d of %d measurements are "
-                    "rejected; check its frame, sign, unit and clock, and the order of quaternions",
-                    rejected, rejected + values);
-      break;
-    case Cause::mount:
-      say("mount: the camera is turned by about %.4f rad against where it is said to be (evidence "
-          "%.0f sigma, mean NIS %.2f of %d values); calibrate its pose on the robot",
-          size);
-      break;
-    case Cause::noData:
-      std::snprintf(text, sizeof text,
-                    "not judged: only %d measurements could be compared with the odometry",
-                    values + rejected);
-      break;
-  }
-  const char* const likewise = rival == Cause::latency        ? "images that are late"
-                               : rival == Cause::gyroBias     ? "a gyro bias"
-                               : rival == Cause::focalLength  ? "a wrong focal length"
-                               : rival == Cause::movingTarget ? "a target that moves"
-                                                              : nullptr;
-  if (!likewise) return text;
-  return std::string(text) + "; in this motion " + likewise + " would look nearly the same";
 }
 
 }  // namespace depthservo

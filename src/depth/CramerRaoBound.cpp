@@ -31,7 +31,7 @@ void CramerRaoBound::advance(const Motion& motion, const OdometryNoise& odometry
   const Eigen::Index n = P_.rows();
   const OdometryNoise::Step noise = odometry.over(motion);
   Eigen::MatrixXd F = Eigen::MatrixXd::Identity(n, n), G = Eigen::MatrixXd::Zero(n, 6);
-  Eigen::Matrix<double, 6, 1> sigma;
+  Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(std::sqrt(noise.variance_t)),
       Eigen::Vector3d::Constant(std::sqrt(noise.variance_theta));
   for (std::size_t i = 0; i < points_.size(); ++i) {

@@ -124,11 +124,18 @@ std::unique_ptr<PointSetEstimator> SharedErrorFilter::clone() const {
 }
 
 void SharedErrorFilter::reset() {
-  const ErrorProfile& e = options_.errors;
   size_ = 0;
   time_s_ = std::numeric_limits<double>::quiet_NaN();
   places_ = 0;
   std::fill(seated_.begin(), seated_.end(), kNone);
+  resetShared();
+  twist_ = {};
+  noise_ = {};
+  dt_ = 0;
+}
+
+void SharedErrorFilter::resetShared() {
+  const ErrorProfile& e = options_.errors;
   values_.setZero();
   before_.setZero();
   P_.setZero();
@@ -143,9 +150,8 @@ void SharedErrorFilter::reset() {
   prior(scale_, e.scale);
   prior(slip_, e.slip.sigma);
   prior(jitter_, e.jitter_s);
-  twist_ = {};
-  noise_ = {};
-  dt_ = 0;
+  nisSum_ = 2;
+  nisWeight_ = 1;
 }
 
 // --- Slots
@@ -337,6 +343,47 @@ void SharedErrorFilter::predict(const Step& step) {
     if (motion.unknown.exists()) letDrift(slot, motion.unknown);
   }
   propagate();
+  keepSound();
+}
+
+/// Points whose numbers have failed start anew; so does all if those of the shared errors have.
+void SharedErrorFilter::keepSound() {
+  const auto isSound = [](const auto& variances) {
+    return variances.allFinite() && (variances.array() >= 0).all() &&
+           (variances.array() < detail::kLargestVariance).all();
+  };
+  const bool isShared = values_.allFinite() && isSound(P_.diagonal().head(shared_));
+  if (!isShared) {
+    std::fill(seated_.begin(), seated_.end(), kNone);
+    places_ = 0;
+    resetShared();
+  }
+  for (std::size_t i = 0; i < size_; ++i) {
+    Slot& slot = slots_[i];
+    if (!slot.isStarted) continue;
+    FilterPoint& p = slot.point;
+    const bool isState = std::abs(p.x) + std::abs(p.y) + std::abs(p.chi) < kLargestState;
+    const bool isKept = isShared || slot.place == kNone;
+    if (isKept && isState && isSound(covariance(described(slot, slot.place)).diagonal().eval())) {
+      continue;
+    }
+    if (slot.place != kNone && isShared) vacate(slot);
+    slot.place = kNone;
+    slot.A.setZero();
+    const double chi = range_.clampChi(p.chi);
+    p = {};
+    p.chi = chi;
+    p.xx = p.yy = 1;
+    p.cc = DepthPrior::kWideSigma_chi * DepthPrior::kWideSigma_chi;
+    p.phase = Phase::behind;
+  }
+}
+
+void SharedErrorFilter::vacate(Slot& slot) {
+  seated_[slot.place] = kNone;
+  clear(row(slot.place), perPoint_);
+  slot.place = kNone;
+  while (places_ > 0 && seated_[places_ - 1] == kNone) --places_;
 }
 
 /// P <- Phi P Phi' + Q, as twice P <- (P Phi')', then what the processes forget and add.
@@ -382,12 +429,6 @@ void SharedErrorFilter::propagate() {
       renew(p + i, e.wander_px.kept(dt_), e.wander_px.sigma / options_.focal_px);
       slot->wander(i - 3) *= e.wander_px.kept(dt_);
     }
-    // A point whose numbers have failed starts anew.
-    const Eigen::Vector3d d = P_.diagonal().segment<3>(p);
-    if (d.minCoeff() > 0 && d.sum() < detail::kLargestVariance) continue;
-    clear(p, perPoint_);
-    unseat(*slot);
-    slot->point.phase = Phase::behind;
   }
 }
 
@@ -431,6 +472,7 @@ void SharedErrorFilter::correct(const std::vector<PointObservation>& observation
     if (!slot.isStarted) return start(slot, measured, slot.prior);
     correctAlone(slot, measured);
   });
+  keepSound();
   elect();
 }
 
@@ -443,7 +485,8 @@ void SharedErrorFilter::moveAlone() {
   for (std::size_t i = 0; i < size_; ++i) {
     Slot& slot = slots_[i];
     if (slot.place != kNone || !slot.isStarted) continue;
-    const Eigen::Vector3d by = slot.A * (values_.head(constants_) - before_);
+    Eigen::Vector3d by = Eigen::Vector3d::Zero();
+    for (int k = 0; k < constants_; ++k) by += (values_(k) - before_(k)) * slot.A.col(k);
     slot.point.x += by(0);
     slot.point.y += by(1);
     slot.point.chi += by(2);
@@ -492,12 +535,14 @@ void SharedErrorFilter::start(Slot& slot, const PointMeasurement& measurement,
 /// Covariance of a measurement by what a point alone has no state for.
 /// \param wander how many times its variance counts
 Eigen::Matrix2d SharedErrorFilter::othersAsNoise(const Seen& seen, double wander) const {
-  const int white = shared_ - constants_;
-  const auto H = seen.byShared.rightCols(white);
   const double sigma = options_.errors.wander_px.sigma / options_.focal_px;
-  return seen.byPose +
-         Eigen::Matrix2d(H * P_.block(constants_, constants_, white, white) * H.transpose()) +
-         wander * sigma * sigma * Eigen::Matrix2d::Identity();
+  Eigen::Matrix2d noise = seen.byPose + wander * sigma * sigma * Eigen::Matrix2d::Identity();
+  for (int i = constants_; i < shared_; ++i) {
+    for (int j = constants_; j < shared_; ++j) {
+      noise += P_(i, j) * seen.byShared.col(i) * seen.byShared.col(j).transpose();
+    }
+  }
+  return noise;
 }
 
 void SharedErrorFilter::correctSeated(Slot& slot, const PointMeasurement& measurement) {
@@ -518,7 +563,7 @@ void SharedErrorFilter::correctSeated(Slot& slot, const PointMeasurement& measur
       if (s.byShared(i, j) != 0) u += s.byShared(i, j) * P_.col(j).head(n);
     }
   }
-  Eigen::Matrix2d HPH = k * U_.block<2, 2>(p, 0) + s.byShared * U_.topRows(shared_);
+  Eigen::Matrix2d HPH = k * U_.block<2, 2>(p, 0) + s.byShared.lazyProduct(U_.topRows(shared_));
   Eigen::Vector2d expected = s.point;
   if (perPoint_ > 3) {
     HPH += U_.block<2, 2>(p + 3, 0);
@@ -538,6 +583,9 @@ void SharedErrorFilter::correctSeated(Slot& slot, const PointMeasurement& measur
     case Verdict::use:
       break;
   }
+  constexpr double kMemory = 1 - 1. / 200;  // values
+  nisSum_ = kMemory * nisSum_ + std::min(nis, options_.gate);
+  nisWeight_ = kMemory * nisWeight_ + 1;
   const Eigen::Matrix2d S =
       HPH + detail::weighted(r, nis, pointOptions_) * Eigen::Matrix2d::Identity();
   K_.topRows(n) = U_.topRows(n).lazyProduct(S.inverse());
@@ -582,7 +630,9 @@ void SharedErrorFilter::correctAlone(Slot& slot, const PointMeasurement& measure
     return;
   }
   if (p.phase == Phase::adrift) {
-    detail::rejoinPoint(p, measurement);
+    const double scale = 1 / kappa();
+    detail::rejoinPoint(p,
+                        {scale * measurement.x, scale * measurement.y, scale * measurement.sigma});
     return;
   }
   const Seen s = seen(slot);
@@ -591,8 +641,7 @@ void SharedErrorFilter::correctAlone(Slot& slot, const PointMeasurement& measure
   const Eigen::Matrix3d P = covariance(p);
   const Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostConstants> G =
       k * slot.A.topRows<2>() + s.byShared.leftCols(constants_);
-  const Eigen::Matrix2d own = k * k * P.topLeftCorner<2, 2>() + noise,
-                        byConstants = G * P_.topLeftCorner(constants_, constants_) * G.transpose();
+  const Eigen::Matrix2d own = k * k * P.topLeftCorner<2, 2>() + noise, byConstants = ofConstants(G);
   const Eigen::Vector2d nu = Eigen::Vector2d(measurement.x, measurement.y) - s.point;
   const double nis = nisOf(own + byConstants + r * Eigen::Matrix2d::Identity(), nu);
   switch (detail::judge(p, nis, pointOptions_)) {
@@ -685,17 +734,16 @@ void SharedErrorFilter::unseat(Slot& slot) {
   if (c > 0) {
     using Constants =
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostConstants, kMostConstants>;
-    const Constants ofConstants = P_.topLeftCorner(c, c);
-    slot.A = ofConstants.ldlt().solve(P_.block(0, p, c, 3)).transpose();
+    const Constants constants = P_.topLeftCorner(c, c);
+    ByConstants shared(3, c);
+    shared = P_.block(p, 0, 3, c);
+    slot.A = constants.ldlt().solve(shared.transpose()).transpose();
     if (!slot.A.allFinite()) slot.A.setZero();
-    P -= slot.A * P_.block(0, p, c, 3);
+    P -= slot.A * shared.transpose();
   }
   P.diagonal() = P.diagonal().cwiseMax(detail::kLeastShare * P_.diagonal().segment<3>(p));
   setCovariance(slot.point, P);
-  seated_[slot.place] = kNone;
-  clear(p, perPoint_);
-  slot.place = kNone;
-  while (places_ > 0 && seated_[places_ - 1] == kNone) --places_;
+  vacate(slot);
 }
 
 void SharedErrorFilter::elect() {
@@ -738,7 +786,7 @@ FilterPoint SharedErrorFilter::described(const Slot& slot, int place) const {
   FilterPoint point = slot.point;
   Eigen::Matrix3d P;
   if (place == kNone) {
-    P = covariance(point) + slot.A * P_.topLeftCorner(constants_, constants_) * slot.A.transpose();
+    P = covariance(point) + ofConstants(slot.A);
   } else {
     P = P_.block<3, 3>(row(place), row(place));
   }

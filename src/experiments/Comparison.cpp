@@ -8,7 +8,9 @@
 #include "depthservo/experiments/Compare.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "experiments/Measured.h"
+#include "motion/median.h"
 #include "observation/ObserverSetup.h"
+#include "observation/estimatorWords.h"
 
 namespace depthservo {
 namespace {
@@ -31,12 +33,7 @@ class FrameStatistics {
   double rms() const {
     return count_ > 0 ? std::sqrt(squares_ / static_cast<double>(count_)) : kUnknown;
   }
-  double median() {
-    if (old_.empty()) return kUnknown;
-    const auto middle = old_.begin() + static_cast<std::ptrdiff_t>(old_.size() / 2);
-    std::nth_element(old_.begin(), middle, old_.end());
-    return *middle;
-  }
+  double median() { return old_.empty() ? kUnknown : detail::medianOf(old_); }
   /// Share of the old ones that are close.
   double closeShare() const {
     if (old_.empty()) return kUnknown;
@@ -278,11 +275,9 @@ std::vector<EstimatorKind> chosenEstimators(const Measured& measured,
                                             const CompareOptions& options) {
   if (!options.estimators.empty()) return options.estimators;
   std::vector<EstimatorKind> usable;
-  for (const EstimatorKind kind :
-       {EstimatorKind::constant, EstimatorKind::twoFrame, EstimatorKind::nonlinear,
-        EstimatorKind::window, EstimatorKind::filter, EstimatorKind::joint, EstimatorKind::pose}) {
+  for (const auto& [kind, word] : estimatorWords()) {
+    if (kind == EstimatorKind::trueDepth) continue;
     try {
-      estimatorNamed(toString(kind), {});
       measured.setup(kind);
       usable.push_back(kind);
     } catch (const InputError&) {

@@ -112,7 +112,6 @@ std::string reportPage(const FocalReplay& replay, const std::filesystem::path& p
 }  // namespace
 
 std::string toJson(const FocalReplay& replay) {
-  const auto orNull = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   Json points = Json::array();
   for (const FocalPoint& point : replay.points) {
     Json json = {{"id", point.id}, {"measured_frames", point.measured_frames}};
@@ -127,13 +126,13 @@ std::string toJson(const FocalReplay& replay) {
       {"name", replay.name},
       {"frames", replay.frames},
       {"duration_s", replay.duration_s},
-      {"focal", orNull(replay.focal_px)},
-      {"sigma_focal", orNull(replay.sigma_focal_px)},
+      {"focal", replay.focal_px},
+      {"sigma_focal", replay.sigma_focal_px},
       {"status", toString(replay.status)},
       {"camera_focal", replay.camera.fx},
-      {"lever", orNull(replay.lever_m)},
+      {"lever", replay.lever_m},
       {"Z", replay.Z ? Json(*replay.Z) : Json()},
-      {"compensated_focal", orNull(replay.compensated_px)},
+      {"compensated_focal", replay.compensated_px},
       {"gains", {{"k", replay.gains.k}, {"k_3", replay.gains.k_3}, {"k_4", replay.gains.k_4}}},
       {"points", std::move(points)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace);

@@ -98,8 +98,12 @@ double MotionBuffer::medianPeriod() const {
   return 0.5 * (sortedPeriods_[(n - 1) / 2] + sortedPeriods_[n / 2]);
 }
 
+double MotionBuffer::longestHold(double medianPeriod_s) {
+  return std::max(kHolePeriods * medianPeriod_s, kHole_s);
+}
+
 double MotionBuffer::longestHold() const {
-  return std::max(kHolePeriods * medianPeriod(), kHole_s) + kClockResolution_s;
+  return longestHold(medianPeriod()) + kClockResolution_s;
 }
 
 /// Where the known part of row i ends: at the next row, unless that is too far.

@@ -24,22 +24,19 @@ const std::vector<detail::Choice<ErrorKind>>& errorWords() {
       {ErrorKind::typical, "typical"},
       {ErrorKind::arm, "arm"},
       {ErrorKind::poses, "poses"},
-      {ErrorKind::file, "file"},
   };
   return all;
 }
 
-const char* toString(ErrorKind kind) { return detail::wordOf(errorWords(), kind); }
+const char* toString(ErrorKind kind) {
+  return kind == ErrorKind::file ? "file" : detail::wordOf(errorWords(), kind);
+}
 
 std::optional<ErrorKind> errorKindNamed(const std::string& name) {
   return detail::valueOf(errorWords(), name);
 }
 
-std::vector<std::string> errorKindNames() {
-  std::vector<std::string> names = detail::wordsOf(errorWords());
-  names.pop_back();
-  return names;
-}
+std::vector<std::string> errorKindNames() { return detail::wordsOf(errorWords()); }
 
 const char* toString(EstimatorKind kind) { return detail::wordOf(estimatorWords(), kind); }
 

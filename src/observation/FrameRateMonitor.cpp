@@ -42,7 +42,7 @@ FrameRateMonitor::FrameRateMonitor(const EstimatorSetup& setup)
       kc_(setup.depth.pose.kc),
       isGuarded_(setup.depth.pose.guard) {}
 
-std::optional<std::string> FrameRateMonitor::watch(const PointSetEstimator& estimator) {
+std::optional<std::string> FrameRateMonitor::update(const PointSetEstimator& estimator) {
   const auto* target = dynamic_cast<const KnownTargetEstimator*>(&estimator);
   if (!target) return {};
   const double fps = target->observer().minimumFrameRate();

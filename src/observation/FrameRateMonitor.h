@@ -15,7 +15,7 @@ class FrameRateMonitor {
 
   /// Looks at the lowest rate met so far; what is now to be said, if anything. Does nothing for
   /// other estimators.
-  std::optional<std::string> watch(const PointSetEstimator& estimator);
+  std::optional<std::string> update(const PointSetEstimator& estimator);
 
   /// None before the second image.
   const std::optional<FrameRateReport>& report() const { return report_; }

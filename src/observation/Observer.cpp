@@ -62,7 +62,7 @@ struct Observer::Parts {
   void observe(const std::vector<TrackedPoint>& points);
   void correct(const Exposure& exposure);
   void giveUpMovingPoints();
-  void watch(double time_s, const std::vector<TrackedPoint>& points);
+  void update(double time_s, const std::vector<TrackedPoint>& points);
   void noteCoverage(double time_s, Coverage coverage);
   FeatureRecord record(int id, DepthEstimate estimate, const Exposure& exposure,
                        const std::vector<TrackedPoint>& points) const;
@@ -124,7 +124,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   if (isUsed) p.correct(exposure);
   if (p.setup.findsPoints()) p.giveUpMovingPoints();
   p.estimationTimes.push_back(stopwatch.lap());
-  if (isUsed) p.watch(time_s, points);
+  if (isUsed) p.update(time_s, points);
 
   FrameRecord frame;
   frame.time_s = time_s;
@@ -192,14 +192,14 @@ void Observer::Parts::correct(const Exposure& exposure) {
 }
 
 /// What the monitors have to say of this image.
-void Observer::Parts::watch(double time_s, const std::vector<TrackedPoint>& points) {
+void Observer::Parts::update(double time_s, const std::vector<TrackedPoint>& points) {
   if (diagnosis) {
-    if (const auto news = diagnosis->see(time_s, odometry, observations)) note(time_s, *news);
+    if (const auto news = diagnosis->update(time_s, odometry, observations)) note(time_s, *news);
   }
   if (tags) {
     for (std::string& news : tags->compare(points, *estimator)) note(time_s, std::move(news));
   }
-  if (const auto news = frameRate.watch(*estimator)) note(time_s, *news);
+  if (const auto news = frameRate.update(*estimator)) note(time_s, *news);
 }
 
 /// A point where it was found or, when it was not, where it is believed to be.

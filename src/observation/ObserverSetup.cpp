@@ -8,9 +8,11 @@
 #include <set>
 
 #include "depthservo/depth/DepthGains.h"
+#include "depthservo/observation/words.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "observation/errorsOf.h"
 #include "observation/makeTracker.h"
+#include "text/Names.h"
 
 namespace depthservo {
 namespace {
@@ -50,7 +52,7 @@ void requireTracked(const ObservedSource& source, TrackerKind tracker, const cha
   throw InputError({source.place, 0, ""},
                    fmt::format("{} needs the points of the target, which --tracker {} does not "
                                "follow",
-                               what, nameOf(tracker)));
+                               what, toString(tracker)));
 }
 
 void requireGains(const ObservedSource& source, const ObserverGainOptions& gains) {
@@ -62,18 +64,21 @@ void requireGains(const ObservedSource& source, const ObserverGainOptions& gains
                    objection);
 }
 
-const char* nameOf(MotionSource motion) {
-  switch (motion) {
-    case MotionSource::twist:
-      return "twist";
-    case MotionSource::groundtruth:
-      return "groundtruth";
-    default:
-      return "target";
-  }
+const std::vector<detail::Choice<MotionSource>>& motionWords() {
+  static const std::vector<detail::Choice<MotionSource>> all = {
+      {MotionSource::twist, "twist"},
+      {MotionSource::groundtruth, "groundtruth"},
+      {MotionSource::target, "target"},
+      {MotionSource::automatic, "auto"}};
+  return all;
 }
 
 }  // namespace
+
+MotionSource motionNamed(const std::string& name, const InputError::Place& place) {
+  if (const auto source = detail::valueOf(motionWords(), name)) return *source;
+  throw InputError(place, detail::unknownWord(name, detail::wordsOf(motionWords())));
+}
 
 ObservedSource ObservedSource::of(const Sequence& sequence) {
   ObservedSource source{sequence.folder(), sequence.folder() + "/sequence.yaml", sequence.camera(),
@@ -154,8 +159,8 @@ ObserverSetup ObserverSetup::of(const ObservedSource& source, const ObservationO
 }
 
 std::string configurationOf(const ObservationOptions& options) {
-  nlohmann::ordered_json json{{"tracker", nameOf(options.tracker)},
-                              {"motion", nameOf(options.motion)},
+  nlohmann::ordered_json json{{"tracker", toString(options.tracker)},
+                              {"motion", detail::wordOf(motionWords(), options.motion)},
                               {"estimator", toString(options.depth.estimator)},
                               {"errors", toString(errorKindOf(options))},
                               {"prior_Z", options.depth.initial},

@@ -27,20 +27,6 @@ const char* toString(Outcome outcome) {
   return "";
 }
 
-bool RunDiagnosis::isMotion() const {
-  using Cause = ConsistencyMonitor::Cause;
-  switch (latest.cause) {
-    case Cause::motion:
-    case Cause::frame:
-    case Cause::clock:
-    case Cause::unit:
-    case Cause::poseConvention:
-      return true;
-    default:
-      return false;
-  }
-}
-
 namespace {
 
 /// No cause is no agreement: the innovations, too, must be what was declared.
@@ -56,8 +42,7 @@ std::string RunDiagnosis::message() const {
   if (latest.cause == ConsistencyMonitor::Cause::none && isFarFromDeclared(latest)) {
     return fmt::format(
         "innovations are {:.1f} times the declared variance (mean NIS {:.2f} of {} values, "
-        "expected "
-        "2), for no reason that could be named: sigma may be too small",
+        "expected 2), for no reason that could be named: sigma may be too small",
         latest.meanNis / 2, latest.meanNis, latest.values);
   }
   const bool isRange = latest.cause == ConsistencyMonitor::Cause::unit && latest.size == 0;

@@ -20,11 +20,6 @@ ConsistencyMonitor::Options monitorOptions(const OdometryNoise& odometry) {
 /// well, after this time.
 constexpr double kBeyondProfile = 1.4, kKnown_sigma = 4, kLearning_s = 3;
 
-bool isOfMotionAsAWhole(Cause cause) {
-  return cause == Cause::motion || cause == Cause::frame || cause == Cause::clock ||
-         cause == Cause::unit || cause == Cause::poseConvention || cause == Cause::outliers;
-}
-
 /// Innovations smaller than declared harm nobody: sigma is too large, that is all.
 bool isFault(const ConsistencyMonitor::Diagnosis& d) {
   return d.cause != Cause::none && d.cause != Cause::noData &&
@@ -48,7 +43,8 @@ SelfDiagnosis::SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry
 /// motion as a whole count; the others come from a filter that learns the errors which last.
 ConsistencyMonitor::Diagnosis SelfDiagnosis::diagnosis() const {
   ConsistencyMonitor::Diagnosis now = monitor_.diagnosis();
-  if (!learner_ || isOfMotionAsAWhole(now.cause)) return now;
+  if (!learner_ || now.isMotion() || now.cause == Cause::outliers) return now;
+  now.meanNis = learner_->meanNis();
   if (now.cause != Cause::noData) now.cause = Cause::none;
   if (!(time_s_ - first_s_ > kLearning_s)) return now;
   double most = kBeyondProfile;
@@ -70,8 +66,9 @@ ConsistencyMonitor::Diagnosis SelfDiagnosis::diagnosis() const {
   return now;
 }
 
-std::optional<std::string> SelfDiagnosis::see(double time_s, const MotionBuffer& odometry,
-                                              const std::vector<PointObservation>& observations) {
+std::optional<std::string> SelfDiagnosis::update(
+    double time_s, const MotionBuffer& odometry,
+    const std::vector<PointObservation>& observations) {
   const double before_s = std::isnan(time_s_) ? time_s : time_s_;
   const auto [motion, coverage] = odometry.motion(before_s, time_s);
   const bool isFirst = std::isnan(time_s_);
@@ -106,7 +103,7 @@ std::optional<std::string> SelfDiagnosis::see(double time_s, const MotionBuffer&
 }
 
 double SelfDiagnosis::varianceFactor() const {
-  if (learner_) return 1;
+  if (learner_ && !monitor_.diagnosis().isMotion()) return 1;
   const bool isCompensated = joint_ && joint_->estimates(monitor_.diagnosis().cause);
   return isCompensated ? 1 : monitor_.varianceFactor();
 }

@@ -24,8 +24,8 @@ class SelfDiagnosis {
                 const std::optional<SharedErrorFilterOptions>& errors);
 
   /// Takes the points of an image. Returns what there is to say for the first time.
-  std::optional<std::string> see(double time_s, const MotionBuffer& odometry,
-                                 const std::vector<PointObservation>& observations);
+  std::optional<std::string> update(double time_s, const MotionBuffer& odometry,
+                                    const std::vector<PointObservation>& observations);
 
   /// A point that will not come again.
   void retire(int id) {

@@ -45,7 +45,7 @@ bool TagSizeMonitor::findPose(Tag& tag, std::size_t index,
 
   // Covariance of a small motion of the camera from that of the corners; then that of the mean
   // depth.
-  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  Matrix6d information = Matrix6d::Zero();
   Eigen::Matrix<double, 1, 6> meanDepth = Eigen::Matrix<double, 1, 6>::Zero();
   const auto unit = AprilTagTarget::unitCorners();
   for (int j = 0; j < 4; ++j) {
@@ -57,7 +57,7 @@ bool TagSizeMonitor::findPose(Tag& tag, std::size_t index,
     information += L.transpose() * L / (sigma * sigma);
     meanDepth += (Eigen::Matrix<double, 1, 6>() << 0, 0, -1, -y * Z, x * Z, 0).finished() / 4;
   }
-  const Eigen::Matrix<double, 6, 6> covariance = information.inverse();
+  const Matrix6d covariance = information.inverse();
   const double variance = (meanDepth * covariance * meanDepth.transpose()).value();
   tag.relativeSigma = std::sqrt(std::max(0.0, variance)) / tag.depths.mean();
   return std::isfinite(tag.relativeSigma);

@@ -21,6 +21,10 @@ std::optional<ErrorProfile> errorsOf(const ObservationOptions& options) {
       break;
     case ErrorKind::poses:
       profile = ErrorProfile::poses();
+      if (options.motion == MotionSource::target) {  // its pose is measured in each image
+        profile.position_m = 0.001;
+        profile.angle_rad = 0.002;
+      }
       break;
     case ErrorKind::file:
       profile = options.depth.profile;

@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <stdexcept>
 
+#include "depthservo/observation/words.h"
 #include "depthservo/tracking/AprilTagTracker.h"
 #include "depthservo/tracking/DotTracker.h"
 #include "depthservo/tracking/KltTracker.h"
+#include "text/Names.h"
 
 namespace depthservo {
 namespace {
@@ -21,7 +22,23 @@ bool hasDots(const SequenceTarget& seen) {
   return !seen.tags && (!seen.dots.empty() || seen.target.points.size() >= kPattern);
 }
 
+const std::vector<detail::Choice<TrackerKind>>& trackerWords() {
+  static const std::vector<detail::Choice<TrackerKind>> all = {{TrackerKind::dots, "dots"},
+                                                               {TrackerKind::apriltag, "apriltag"},
+                                                               {TrackerKind::klt, "klt"},
+                                                               {TrackerKind::tracks, "tracks"},
+                                                               {TrackerKind::automatic, "auto"}};
+  return all;
+}
+
 }  // namespace
+
+const char* toString(TrackerKind tracker) { return detail::wordOf(trackerWords(), tracker); }
+
+TrackerKind trackerNamed(const std::string& name, const InputError::Place& place) {
+  if (const auto kind = detail::valueOf(trackerWords(), name)) return *kind;
+  throw InputError(place, detail::unknownWord(name, detail::wordsOf(trackerWords())));
+}
 
 TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted) {
   const SequenceTarget& seen = source.target;
@@ -40,7 +57,7 @@ TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted) {
     return wanted;
   }
   if (!source.hasImages) {
-    refuse(source, fmt::format("--tracker {} needs images (rgb.txt)", nameOf(wanted)));
+    refuse(source, fmt::format("--tracker {} needs images (rgb.txt)", toString(wanted)));
   }
   if (wanted == TrackerKind::dots && !hasDots(seen)) {
     refuse(source,
@@ -49,19 +66,6 @@ TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted) {
            "neither: --tracker klt");
   }
   return wanted;
-}
-
-const char* nameOf(TrackerKind tracker) {
-  switch (tracker) {
-    case TrackerKind::apriltag:
-      return "apriltag";
-    case TrackerKind::klt:
-      return "klt";
-    case TrackerKind::tracks:
-      return "tracks";
-    default:
-      return "dots";
-  }
 }
 
 bool measuresNoise(TrackerKind tracker) {

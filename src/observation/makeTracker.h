@@ -14,7 +14,7 @@ namespace depthservo {
 /// \throw InputError it lacks what the wanted one takes
 TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted);
 
-const char* nameOf(TrackerKind tracker);
+const char* toString(TrackerKind tracker);
 
 /// Whether the tracker says of each point how accurate it is.
 bool measuresNoise(TrackerKind tracker);

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "depthservo/papers/Reproduce.h"
 #include "papers/Claims.h"
 

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -12,7 +11,6 @@
 namespace depthservo::deluca2008 {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kFocal_px = 128, kRate_Hz = 31.25, kDuration_s = 10;
 constexpr double kK = 10, kK_3 = 0.8 * kFocal_px * kFocal_px;
 constexpr double kDepth = 1.56, kGuess = 20;  // m
@@ -25,8 +23,8 @@ const Eigen::Vector3d kStart(0, 0.3, -1);
 
 Eigen::VectorXd velocityAt(double t) {
   Eigen::VectorXd velocity = Eigen::VectorXd::Zero(5);
-  velocity[2] = 0.2 * std::sin(0.4 * kPi * t);
-  velocity[3] = 0.1 * std::sin(0.8 * kPi * t);
+  velocity[2] = 0.2 * std::sin(0.4 * M_PI * t);
+  velocity[3] = 0.1 * std::sin(0.8 * M_PI * t);
   return velocity;
 }
 

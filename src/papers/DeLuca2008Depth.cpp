@@ -12,20 +12,18 @@
 namespace depthservo::deluca2008 {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kFocal_px = 128;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 using Vector2 = Eigen::Vector2d;
 using Vector3 = Eigen::Vector3d;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 double square(double a) { return a * a; }
 
 /// The camera's motion in section 5.1.
 Twist twistAt(double t) {
-  return {{0.1 * std::cos(2 * kPi * t), 0, 0.5 * std::cos(kPi * t)},
-          {0.6 * std::cos(kPi * t / 2), 0, 1}};
+  return {{0.1 * std::cos(2 * M_PI * t), 0, 0.5 * std::cos(M_PI * t)},
+          {0.6 * std::cos(M_PI * t / 2), 0, 1}};
 }
 
 /// How the observer is computed.
@@ -50,7 +48,7 @@ struct Experiment {
     return {20 * gainScale, 0.5 * square(gainScale * kFocal_px), 0, 0};
   }
 
-  /// A sample at 0 and after each image; stops when the estimate is beyond all sense.
+  /// A sample at 0 and after each image; stops when the estimate is numerically invalid.
   std::vector<Sample> run(Scheme scheme, double rate_Hz) const;
 };
 
@@ -70,12 +68,12 @@ Vector3 move(const Vector3& P, double t, double dt) {
 /// The differential equation with the point as it moves.
 Vector3 continuousStep(const ObserverGains& k, const Vector3& P, const Vector3& estimate, double t,
                        double dt) {
-  Vector6 joint;
+  Vector6d joint;
   joint << P, estimate;
-  const auto rate = [&](double time, const Vector6& state) -> Vector6 {
+  const auto rate = [&](double time, const Vector6d& state) -> Vector6d {
     const Twist u = twistAt(time);
     const Vector3 p = state.head<3>();
-    Vector6 derivative;
+    Vector6d derivative;
     derivative << Vector3(-u.linear - u.angular.cross(p)),
         observerRate(k, u, project(p), state.tail<3>());
     return derivative;

@@ -13,7 +13,6 @@
 namespace depthservo::deluca2008 {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kFrameRate_Hz = 30;
 
@@ -37,7 +36,7 @@ struct Experiment {
 /// Section 5.2: pure rotation.
 Experiment numericalExample(double k_3) {
   const auto twist = [](double t) {
-    return Twist{{0, 0, 0}, {0.5 * std::cos(kPi * t / 2), 0.3 * std::sin(kPi * t), 0}};
+    return Twist{{0, 0, 0}, {0.5 * std::cos(M_PI * t / 2), 0.3 * std::sin(M_PI * t), 0}};
   };
   return {128, {10, -10}, 1, twist, {50, k_3, 1}, 5};
 }
@@ -47,7 +46,7 @@ constexpr double kLever_m = 0.07, kSide_m = 0.02;  // camera in the robot's fram
 /// Section 7.1: the unicycle turns on the spot; its camera is not on the axis.
 Experiment onUnicycle(double Z, double k_4 = 0.01) {
   const auto twist = [](double t) {
-    const double turn = 6 * kPi / 180 * std::cos(kPi * t / 4);
+    const double turn = 6 * M_PI / 180 * std::cos(M_PI * t / 4);
     return Twist{{-kLever_m * turn, 0, -kSide_m * turn}, {0, -turn, 0}};
   };
   return {1096, {17, 132.99}, Z, twist, {30, 1500, k_4}, 60};

@@ -8,14 +8,13 @@
 #include <random>
 
 #include "depthservo/depth/WindowDepthEstimator.h"
+#include "motion/median.h"
 #include "papers/runPapers.h"
 
 namespace depthservo {
 namespace {
 
 using namespace durand2010;
-
-constexpr double kPi = 3.14159265358979323846;
 
 std::size_t tickAt(double time_s) { return std::lround(time_s / kPeriod_s); }
 
@@ -164,7 +163,7 @@ void addOutliers(Measurements& measured, const std::vector<Run>& runs, unsigned 
       std::mt19937 engine(seed);
       std::uniform_real_distribution<double> unit;
       const auto throwOff = [&](WindowImage& image) {
-        const double angle = 2 * kPi * unit(engine);
+        const double angle = 2 * M_PI * unit(engine);
         image.point.x += 10 / kFocal_px * std::cos(angle);
         image.point.y += 10 / kFocal_px * std::sin(angle);
       };
@@ -222,12 +221,6 @@ std::vector<durand2010::OcclusionCase> durand2010::occlusionCases() {
           {"stop", "robot stopped", W::stop, {}}};
 }
 
-double durand2010::median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 namespace {
 
 /// How far the features used are from the true ones while hidden.
@@ -253,7 +246,7 @@ double completed_s(const std::vector<Run>& runs) {
     while (since > 0 && run[since - 1].error_px < 8) --since;
     times.push_back(static_cast<double>(since) * kPeriod_s);
   }
-  return median(times);
+  return detail::medianOf(times);
 }
 
 /// (iii): images hidden for 7 <= t < 9 s.

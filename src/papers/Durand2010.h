@@ -83,8 +83,6 @@ struct SampledObserver {
   std::vector<double> relativeErrors(const Run& run, int point, int ticks) const;
 };
 
-double median(std::vector<double> values);
-
 /// One way to survive the occlusions.
 struct OcclusionCase {
   const char *id, *claim;

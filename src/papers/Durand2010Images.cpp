@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "depthservo/scenario/run.h"
+#include "motion/median.h"
 #include "papers/Durand2010.h"
 
 namespace depthservo::durand2010 {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kNeverStop_px = 1e5;
 constexpr double kDone_px = 8;
 
@@ -72,7 +72,7 @@ double completed_s(const std::vector<ImageRun>& runs) {
     while (since > 0 && run.error_px(since - 1) < kDone_px) --since;
     times.push_back(static_cast<double>(since) * kPeriod_s);
   }
-  return median(times);
+  return detail::medianOf(times);
 }
 
 bool allEnd(const std::vector<ImageRun>& runs, Outcome outcome) {
@@ -139,7 +139,7 @@ Scenario imageScenario() {
   s.camera.fx = s.camera.fy = kFocal_px;
   s.target.points = {{-0.3, 0.3, 0}, {0.3, 0.3, 0}, {0.3, -0.3, 0}, {-0.3, -0.3, 0}};
   s.target.radius = 0.03;
-  s.target.pose = {{0, 0, 0.5}, {-kPi / 2, 0, kPi / 2}};
+  s.target.pose = {{0, 0, 0.5}, {-M_PI / 2, 0, M_PI / 2}};
   s.robot.type = RobotKind::panUnicycle;
   s.robot.pan_axis = 0.1;
   s.robot.camera_offset = {0.1, 0, 0.5};

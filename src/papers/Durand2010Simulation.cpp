@@ -8,7 +8,6 @@
 namespace depthservo::durand2010 {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kGain = 0.7;             // [1/s]
 constexpr double kPixel = 1 / kFocal_px;  // normalised
 const PanUnicycle::Geometry kGeometry{0.1, 0.1, 0, 0};
@@ -55,7 +54,7 @@ class Sensor {
 
 }  // namespace
 
-const PanUnicycle::State kStart{5, 5, -2.35, 0}, kGoal{1.2, 0, -kPi, 0};
+const PanUnicycle::State kStart{5, 5, -2.35, 0}, kGoal{1.2, 0, -M_PI, 0};
 
 Points project(const Eigen::Isometry3d& wMc) {
   const Eigen::Isometry3d cMw = wMc.inverse(Eigen::Isometry);

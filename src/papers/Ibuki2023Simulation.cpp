@@ -12,8 +12,6 @@
 namespace depthservo::ibuki2023 {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 /// |e| beyond which a simulation counts as diverged.
 constexpr double kDiverged = 1e6;
 
@@ -250,7 +248,7 @@ Experiment simulationA(double fps) {
   Experiment a;
   a.points = {{.5, .5, .5}, {-.5, .5, .5}, {-.5, -.5, .5}, {.5, -.5, .5}};
   a.cMo = at(3, -5, 7);
-  a.cMo.linear() = Eigen::AngleAxisd(kPi / 4, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  a.cMo.linear() = Eigen::AngleAxisd(M_PI / 4, Eigen::Vector3d::UnitY()).toRotationMatrix();
   a.cMoGuess = at(0, 0, 1);
   a.cdMo = at(0, 0, .5);
   a.kc = 6.5;
@@ -295,10 +293,10 @@ Experiment experimentB() {
   b.end_s = 40;
   b.targetTwist = [](double t) -> Twist {
     if (t >= 10 && t < 20) {
-      const double s = std::sin((t - 10) * kPi / 10);
+      const double s = std::sin((t - 10) * M_PI / 10);
       return {{.025 * s, 0, .07 * s}, {0, 0, 0}};
     }
-    if (t >= 20 && t < 25) return {{0, 0, 0}, {0, .4 * std::sin((t - 20) * kPi / 5), 0}};
+    if (t >= 20 && t < 25) return {{0, 0, 0}, {0, .4 * std::sin((t - 20) * M_PI / 5), 0}};
     return {};
   };
   return b;

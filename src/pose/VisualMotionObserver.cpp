@@ -1,27 +1,14 @@
 #include "depthservo/pose/VisualMotionObserver.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "pose/ImagePose.h"
 
 namespace depthservo {
 namespace {
 
 constexpr std::size_t kFewestPoints = 4;
-
-/// Reciprocal condition of the image Jacobian (translation over distance, rotation times size)
-/// below which its rank counts as less than six.
-constexpr double kLeastReciprocalCondition = 1e-5;
-
-/// The iterated method: steps, change [m, rad] at which it has converged, longest turn in a step.
-constexpr int kIterations = 10;
-constexpr double kConverged = 1e-10;
-constexpr double kUnchanged = 1e-6;  // relative to the distance: rounding, not divergence
-constexpr double kLongestTurn_rad = 1;
-
-/// rms image error (normalised) of a pose that still explains the points, or so many sigma.
-constexpr double kLargestResidual = 0.02;
-constexpr double kResidualSigmas = 5;
 
 /// Images in a row that may contradict the estimate before it is given up.
 constexpr int kRefusalsInARow = 5;
@@ -46,12 +33,6 @@ bool isPose(const Eigen::Isometry3d& g) {
          R.determinant() > 0;
 }
 
-/// One Newton step towards the nearest rotation: squares the rounding error.
-void orthonormalise(Eigen::Isometry3d& g) {
-  const Eigen::Matrix3d R = g.linear();
-  g.linear() = 1.5 * R - 0.5 * R * (R.transpose() * R);
-}
-
 Eigen::Isometry3d pose(const Motion& motion) {
   Eigen::Isometry3d g;
   g.linear() = motion.R;
@@ -65,18 +46,8 @@ Eigen::Isometry3d exponential(const Vector6d& u, double h) {
   return pose(Motion::fromTwist({u.head<3>(), u.tail<3>()}, -h));
 }
 
-/// Angle of the rotation [rad], 0 to pi.
-double angleOf(const Eigen::Isometry3d& g) {
-  return std::atan2(poseError(g).tail<3>().norm(), 0.5 * (g.linear().trace() - 1));
-}
-
-/// The derivative of gradient . (position of p in the camera) by the pose error: gradient in
-/// target axes, p in the target.
-Vector6d byPoseError(const Eigen::Vector3d& gradient, const Eigen::Vector3d& p) {
-  Vector6d J;
-  J << gradient, p.cross(gradient);
-  return J;
-}
+/// The greatest value also where the numbers have failed.
+double bounded(double sigma, double most) { return sigma >= 0 && sigma < most ? sigma : most; }
 
 }  // namespace
 
@@ -114,7 +85,7 @@ std::unique_ptr<PointSetEstimator> VisualMotionObserver::clone() const {
 }
 
 void VisualMotionObserver::reset() {
-  std::fill(measured_.begin(), measured_.end(), Measured{});
+  std::fill(measured_.begin(), measured_.end(), detail::SeenPoint{});
   seen_ = ignored_ = 0;
   startDistance_ = DepthPrior().Z;
   verdict_ = ImageVerdict::none;
@@ -192,7 +163,7 @@ Coverage VisualMotionObserver::advance(const MotionBuffer& odometry, double time
   if (hasMotion(coverage)) {
     if (!(motion.dt > 0)) return coverage;
     Eigen::Isometry3d next = moved(motion);
-    orthonormalise(next);
+    detail::orthonormalise(next);
     corrected_ += options_.ke * std::min(motion.dt, heldFor());
     elapsed_s_ += motion.dt;
     if (isPose(next)) {
@@ -215,8 +186,8 @@ Coverage VisualMotionObserver::advance(const MotionBuffer& odometry, double time
 void VisualMotionObserver::letDrift(const UnknownPart& unknown) {
   constexpr double kSigmasOfBound = 2;
   const double turned = std::min(unknown.angle_rad / kSigmasOfBound, kLargestRotation);
-  const double moved = std::min(
-      unknown.distance_m / kSigmasOfBound + turned * cMo_.translation().norm(), kFarthest);
+  const double moved =
+      std::min(unknown.distance_m / kSigmasOfBound + turned * cMo_.translation().norm(), kFarthest);
   C_ = covariance(corrected_);
   for (int i = 0; i < 6; ++i) {
     const double sigma = std::sqrt(std::max(0.0, C_(i, i)));
@@ -236,7 +207,7 @@ Eigen::Isometry3d VisualMotionObserver::cMo(const MotionBuffer& odometry, double
 }
 
 void VisualMotionObserver::take(const std::vector<PointObservation>& observations) {
-  std::fill(measured_.begin(), measured_.end(), Measured{});
+  std::fill(measured_.begin(), measured_.end(), detail::SeenPoint{});
   seen_ = 0;
   for (const PointObservation& observation : observations) {
     if (!isKnown(observation.id) || measured_[static_cast<std::size_t>(observation.id)].isSeen) {
@@ -258,15 +229,17 @@ void VisualMotionObserver::correct(const std::vector<PointObservation>& observat
     if (isStarted_) phase_ = Phase::coasting;
     return;
   }
-  if (!hasGuess_) guessFromImage();
-  const Step step = imageStep();
+  if (!hasGuess_) {
+    cMo_ = detail::ImagePose(points_, measured_, size_, range_.Z_min).facing(startDistance_);
+  }
+  const detail::PoseStep step = imageStep();
   step.verdict == ImageVerdict::accepted ? accept(step) : refuse(step.verdict);
 }
 
 bool VisualMotionObserver::correctPose(const Eigen::Isometry3d& cMo, const Matrix6d& covariance) {
   if (!isPose(cMo) || !(covariance.norm() < kFarthest)) return false;
   isOnImage_ = false;
-  Step step;
+  detail::PoseStep step;
   step.covariance = covariance;
   step.error = poseError(cMo_.inverse() * cMo);
   step.shown = cMo;
@@ -274,124 +247,22 @@ bool VisualMotionObserver::correctPose(const Eigen::Isometry3d& cMo, const Matri
   return true;
 }
 
-/// The target unturned, its seen points about where the image shows them, at the start distance.
-void VisualMotionObserver::guessFromImage() {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero(), ray = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (!measured_[i].isSeen) continue;
-    point += points_[i] / static_cast<double>(seen_);
-    ray +=
-        Eigen::Vector3d(measured_[i].point.x, measured_[i].point.y, 1) / static_cast<double>(seen_);
-  }
-  cMo_.linear().setIdentity();
-  // Not nearer than the target is large: else some of its points would be behind the camera.
-  cMo_.translation() = std::max(startDistance_, 2 * size_) * ray - point;
-}
-
-/// One step of the chosen method from this pose, which need not be the estimate.
-VisualMotionObserver::Step VisualMotionObserver::linearStep(const Eigen::Isometry3d& cMo,
-                                                            ImageErrorMethod method) const {
-  Step step;
-  Matrix6d JtJ = Matrix6d::Zero(), JtRJ = Matrix6d::Zero();
-  Vector6d Jtf = Vector6d::Zero();
-  double ff = 0;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (!measured_[i].isSeen) continue;
-    const PointMeasurement& f = measured_[i].point;
-    const Eigen::Vector3d cP = cMo * points_[i];
-    if (!(cP.z() >= range_.Z_min)) {
-      step.verdict = ImageVerdict::behindCamera;
-      return step;
-    }
-    const double chi = 1 / cP.z();
-    const Eigen::Vector2d predicted = chi * cP.head<2>();
-    const Eigen::Vector2d bracket =
-        method == ImageErrorMethod::taylor ? predicted : Eigen::Vector2d(f.x, f.y);
-    const Eigen::Vector2d f_e = Eigen::Vector2d(f.x, f.y) - predicted;
-    // Rotations are counted in lengths, times size_, so that the condition has no unit.
-    Eigen::Matrix<double, 6, 2> Jt;
-    const Eigen::Matrix3d R = chi * cMo.linear();
-    for (int axis = 0; axis < 2; ++axis) {
-      Jt.col(axis) = byPoseError((R.row(axis) - bracket(axis) * R.row(2)).transpose(), points_[i]);
-    }
-    Jt.bottomRows<3>() /= size_;
-    const Matrix6d square = Jt * Jt.transpose();
-    JtJ += square;
-    JtRJ += squared(f.sigma) * square;
-    Jtf += Jt * f_e;
-    ff += f_e.squaredNorm();
-  }
-  const Eigen::LLT<Matrix6d> factor(JtJ);
-  const Matrix6d inverse = factor.solve(Matrix6d::Identity());
-  const double condition2 = JtJ.norm() * inverse.norm();
-  step.error = inverse * Jtf;
-  step.residual = std::sqrt(std::max(0.0, ff - step.error.dot(Jtf)) / static_cast<double>(seen_));
-  step.covariance = inverse * JtRJ * inverse;
-  const bool isRegular =
-      factor.info() == Eigen::Success && condition2 * squared(kLeastReciprocalCondition) < 1;
-  const double distance2 = cMo.translation().squaredNorm() + squared(size_);
-  const bool isTold = step.covariance.topLeftCorner<3, 3>().trace() < distance2 &&
-                      step.covariance.bottomRightCorner<3, 3>().trace() < squared(size_);
-  if (!isRegular || !isTold || !step.error.allFinite()) step.verdict = ImageVerdict::degenerate;
-  step.error.tail<3>() /= size_;
-  step.covariance.bottomRows<3>() /= size_;
-  step.covariance.rightCols<3>() /= size_;
-  return step;
-}
-
-/// The mixed step from the estimate, repeated until it no longer changes anything.
-VisualMotionObserver::Step VisualMotionObserver::iteratedStep() const {
-  Step step;
-  Eigen::Isometry3d shown = cMo_;
-  double change = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kIterations && change > kConverged; ++i) {
-    step = linearStep(shown, ImageErrorMethod::mixed);
-    if (step.verdict != ImageVerdict::accepted) {
-      if (i > 0) step.verdict = ImageVerdict::inconsistent;
-      return step;
-    }
-    change = step.error.norm();
-    Eigen::Vector3d turn = step.error.tail<3>();
-    turn *= std::min(1.0, kLongestTurn_rad / std::max(turn.norm(), 1e-300));
-    shown.translation() += shown.linear() * step.error.head<3>();
-    shown.linear() *= Motion::fromTwist({Eigen::Vector3d::Zero(), turn}, -1).R;
-  }
-  orthonormalise(shown);
-  const Eigen::Isometry3d g_ee = cMo_.inverse() * shown;
-  const bool hasConverged = change < kUnchanged * (1 + shown.translation().norm());
-  if (!hasConverged || !explains(step)) {
-    step.verdict = ImageVerdict::inconsistent;
-  } else if (angleOf(g_ee) > kLargestRotation) {
-    step.verdict = ImageVerdict::rotationTooLarge;
-  }
-  step.error = poseError(g_ee);
-  step.shown = shown;
-  return step;
-}
-
-/// Whether the remaining image errors are those of a pose, not of wrong points.
-bool VisualMotionObserver::explains(const Step& step) const {
-  double sigma = 0;
-  for (const Measured& m : measured_) {
-    if (m.isSeen) sigma = std::max(sigma, m.point.sigma);
-  }
-  return step.residual < std::max(kLargestResidual, kResidualSigmas * sigma);
-}
-
 /// The pose error that the image shows, by the method that is good enough for it.
-VisualMotionObserver::Step VisualMotionObserver::imageStep() const {
-  if (options_.method == ImageErrorMethod::iterated || takesPose()) return iteratedStep();
-  Step step = linearStep(cMo_, options_.method);
+detail::PoseStep VisualMotionObserver::imageStep() const {
+  const detail::ImagePose image(points_, measured_, size_, range_.Z_min);
+  if (options_.method == ImageErrorMethod::iterated || takesPose()) return image.iterated(cMo_);
+  const detail::PoseStep step = image.step(cMo_, options_.method);
   if (step.verdict != ImageVerdict::accepted || std::isinf(options_.iterateAbove_rad)) return step;
-  const bool isGood = step.error.tail<3>().norm() <= options_.iterateAbove_rad && explains(step);
-  return isGood ? step : iteratedStep();
+  const bool isGood =
+      step.error.tail<3>().norm() <= options_.iterateAbove_rad && image.explains(step);
+  return isGood ? step : image.iterated(cMo_);
 }
 
 bool VisualMotionObserver::takesPose() const {
   return (!isStarted_ || isAdrift_) && options_.start == Options::Start::takePose;
 }
 
-void VisualMotionObserver::accept(const Step& step) {
+void VisualMotionObserver::accept(const detail::PoseStep& step) {
   if (takesPose()) {
     cMo_ = step.shown;
     e_e_.setZero();
@@ -439,13 +310,6 @@ Matrix6d VisualMotionObserver::covariance(double corrected) const {
 
 /// The point where this pose has it, with the sigmas of that time; its status does not change,
 /// unless it is out of sight.
-namespace {
-
-/// The greatest value also where the numbers have failed.
-double bounded(double sigma, double most) { return sigma >= 0 && sigma < most ? sigma : most; }
-
-}  // namespace
-
 DepthEstimate VisualMotionObserver::estimateAt(const Instant& instant, int id) const {
   DepthEstimate e;
   const Eigen::Vector3d& p = points_[static_cast<std::size_t>(id)];
@@ -463,13 +327,13 @@ DepthEstimate VisualMotionObserver::estimateAt(const Instant& instant, int id) c
   };
   const Eigen::Matrix3d R = instant.cMo.linear();
   const Eigen::Vector3d sight = R.row(2).transpose();
-  const double var_x = variance(byPoseError(chi * (R.row(0).transpose() - e.x * sight), p));
-  const double var_y = variance(byPoseError(chi * (R.row(1).transpose() - e.y * sight), p));
-  const double sigma_Z = std::sqrt(variance(byPoseError(sight, p)));
+  const double var_x = variance(detail::byPoseError(chi * (R.row(0).transpose() - e.x * sight), p));
+  const double var_y = variance(detail::byPoseError(chi * (R.row(1).transpose() - e.y * sight), p));
+  const double sigma_Z = std::sqrt(variance(detail::byPoseError(sight, p)));
   e.sigma_chi = bounded(squared(e.chi) * sigma_Z, DepthPrior::kLargestSigma_chi);
   e.sigma_xy = bounded(std::sqrt(0.5 * (var_x + var_y)), PointMeasurement::kLargestSigma);
 
-  const Measured& measured = measured_[static_cast<std::size_t>(id)];
+  const detail::SeenPoint& measured = measured_[static_cast<std::size_t>(id)];
   const bool isHidden = !isOnImage_ || !measured.isSeen || phase_ == Phase::coasting;
   const bool isAhead = cP.z() >= range_.Z_min;
   if (phase_ == Phase::lost || !isAhead || (isHidden && e.sigma_xy > kLostSigma)) {
@@ -492,7 +356,7 @@ DepthEstimate VisualMotionObserver::estimate(int id) const {
     return unknown;
   }
   DepthEstimate e = estimateAt({cMo_, elapsed_s_, corrected_}, id);
-  const Measured& measured = measured_[static_cast<std::size_t>(id)];
+  const detail::SeenPoint& measured = measured_[static_cast<std::size_t>(id)];
   if (isOnImage_ && measured.isSeen) {
     e.x = measured.point.x;
     e.y = measured.point.y;
@@ -509,7 +373,7 @@ DepthEstimate VisualMotionObserver::estimate(int id, const MotionBuffer& odometr
   if (!isPose(later)) return estimate(id);
   const double share = options_.ke * std::min(motion.dt, heldFor());
   DepthEstimate e = estimateAt({later, elapsed_s_ + motion.dt, corrected_ + share}, id);
-  const Measured& measured = measured_[static_cast<std::size_t>(id)];
+  const detail::SeenPoint& measured = measured_[static_cast<std::size_t>(id)];
   if (isOnImage_ && measured.isSeen) {  // from where it was seen, as the model moves it
     const DepthEstimate then = estimateAt({cMo_, elapsed_s_, corrected_}, id);
     e.x += measured.point.x - then.x;

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
-#include <vector>
 
 #include "depthservo/text/InputError.h"
 #include "report/EmbeddedReport.h"

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "motion/median.h"
+
 namespace depthservo {
 namespace {
 
@@ -102,10 +104,8 @@ std::string medianError(const Json& points) {
     if (point.at("status") == "valid" && std::isfinite(error)) errors.push_back(error);
   }
   if (errors.empty()) return "";
-  std::nth_element(errors.begin(), errors.begin() + static_cast<long>(errors.size() / 2),
-                   errors.end());
   return fmt::format("median depth error of {} valid points {}", errors.size(),
-                     inPercent(errors[errors.size() / 2]));
+                     inPercent(detail::medianOf(errors)));
 }
 
 std::string depthsOf(const Json& run) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "motion/median.h"
 #include "observation/MotionSuspects.h"
 #include "observation/ObserverSetup.h"
 #include "rig/RowQueue.h"
@@ -14,18 +15,6 @@ namespace {
 /// Far from any pose nobody knows where the camera was, as the data sets' own tools have it
 /// (associate.py).
 constexpr double kFarFromPose_s = 0.02;
-
-/// How long a row holds before others tell [s]; 0: there are none.
-double medianPeriod(const std::vector<OdometryRow>& rows) {
-  std::vector<double> periods;
-  for (std::size_t i = 1; i < rows.size(); ++i) {
-    periods.push_back(rows[i].time_s - rows[i - 1].time_s);
-  }
-  if (periods.empty()) return 0;
-  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
-}
 
 [[noreturn]] void refuse(const Sequence& sequence, const std::string& message) {
   throw InputError({sequence.folder(), 0, ""}, message);
@@ -74,7 +63,8 @@ struct RecordedRig::Parts {
 
   void offer(const std::vector<OdometryRow>& odometry) {
     for (const OdometryRow& row : odometry) waiting.offer(row);
-    source.rowPeriod_s = medianPeriod(odometry);
+    source.rowPeriod_s =
+        detail::medianPeriod(odometry, [](const OdometryRow& row) { return row.time_s; });
   }
 
   /// The gap without poses in whose midst this time lies; null: there is none.

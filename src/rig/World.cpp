@@ -170,6 +170,7 @@ std::vector<TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const {
       options_.sensing.source == SensingSource::image && options_.target.type == TargetKind::dots;
   const PinholeCamera camera = options_.camera.truePinhole();
   std::vector<TruePoint> points;
+  points.reserve(options_.target.points.size());
   for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
     const Eigen::Vector3d p = cMo * options_.target.points[i];
     Eigen::Vector2d seen = Eigen::Vector2d::Constant(kUnknown);
@@ -193,6 +194,7 @@ std::vector<Eigen::Vector2d> World::pixelErrors() {
   const SensingOptions& sensing = options_.sensing;
   const Eigen::VectorXd& wander = wander_.at(time_s_);
   std::vector<Eigen::Vector2d> errors;
+  errors.reserve(options_.target.points.size());
   for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
     Eigen::Vector2d error = wander.segment<2>(2 * static_cast<Eigen::Index>(i));
     if (sensing.pixel_noise > 0) error += sensing.pixel_noise * gaussian2();
@@ -255,6 +257,7 @@ std::vector<TrackedPoint> World::measure() {
   const auto points = truth();
   const auto errors = pixelErrors();
   std::vector<TrackedPoint> measured;
+  measured.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double u = points[i].u + errors[i].x(), v = points[i].v + errors[i].y();
     if (isHidden(i) || !options_.camera.pinhole().contains(u, v)) continue;

@@ -19,10 +19,6 @@
 
 namespace depthservo {
 
-/// A time on the nanosecond grid that files are written with, so that a recorded run replays
-/// exactly.
-double onNanosecondGrid(double time_s);
-
 /// The simulated side of a options: robot, plate, camera and odometry. It knows the truth and
 /// hands out what sensors would. The robot knows where the camera is assumed to be; the true one
 /// may be turned against it.

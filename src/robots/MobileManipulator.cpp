@@ -45,7 +45,7 @@ std::vector<std::string> MobileManipulator::velocityNames() const {
 }
 
 Twist MobileManipulator::cameraTwist(const Eigen::VectorXd& velocity) const {
-  const Eigen::Matrix<double, 6, 1> twist = cameraJacobian() * Vector5d(velocity);
+  const Vector6d twist = cameraJacobian() * Vector5d(velocity);
   return {twist.head<3>(), twist.tail<3>()};
 }
 

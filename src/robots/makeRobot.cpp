@@ -10,6 +10,16 @@
 
 namespace depthservo {
 
+const std::vector<detail::Choice<RobotKind>>& robotWords() {
+  static const std::vector<detail::Choice<RobotKind>> all = {
+      {RobotKind::unicycle, "unicycle"},
+      {RobotKind::panUnicycle, "pan-unicycle"},
+      {RobotKind::omni, "omni"},
+      {RobotKind::mobileManipulator, "mobile-manipulator"},
+      {RobotKind::free, "free"}};
+  return all;
+}
+
 std::unique_ptr<SimulatedRobot> makeRobot(const RobotOptions& robot, const RobotPose& pose) {
   const RobotLimits& limits = robot.limits;
   switch (robot.type) {

@@ -1,4 +1,5 @@
 #include "scenario/keys.h"
+#include "servo/ControlLaw.h"
 
 namespace depthservo {
 
@@ -7,14 +8,6 @@ using detail::Fields;
 using detail::Range;
 
 namespace {
-
-const std::vector<Choice<Law>>& laws() {
-  static const std::vector<Choice<Law>> all = {{Law::vpServo, "vpServo"},
-                                               {Law::task, "task"},
-                                               {Law::profile, "profile"},
-                                               {Law::regulation, "regulation"}};
-  return all;
-}
 
 void describe(Fields& f, ExciteOptions& excite) {
   f.number({"speed", "of the camera on its circle across the optical axis"}, excite.speed,
@@ -79,7 +72,7 @@ void describe(Fields& f, ControlOptions& control) {
             "whatever the image shows; regulation: by the pose of the target, at every row of "
             "odometry (Ibuki et al. 2023; robots omni and free, needs `depth.estimator: pose` and "
             "`robot.goal`)"},
-           control.law, laws());
+           control.law, lawWords());
   describe(f,
            {"profile",
             "velocities of the robot for the law of this name, each until a time of the run; as "

@@ -25,6 +25,10 @@ std::vector<KeyNode> keysOf(KeySet set) {
     ObservationOptions options;
     return detail::allKeys([&](Fields& fields) { describe(fields, options); });
   }
+  if (set == KeySet::errors) {
+    ErrorProfile profile = ErrorProfile::typical();
+    return detail::allKeys([&](Fields& fields) { describe(fields, profile); });
+  }
   Scenario scenario;
   return detail::allKeys([&](Fields& fields) { describe(fields, scenario); });
 }

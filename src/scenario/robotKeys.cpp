@@ -1,3 +1,4 @@
+#include "robots/makeRobot.h"
 #include "scenario/keys.h"
 
 namespace depthservo {
@@ -9,16 +10,6 @@ using detail::Need;
 using detail::Range;
 
 namespace {
-
-const std::vector<detail::Choice<RobotKind>>& robots() {
-  static const std::vector<detail::Choice<RobotKind>> all = {
-      {RobotKind::unicycle, "unicycle"},
-      {RobotKind::panUnicycle, "pan-unicycle"},
-      {RobotKind::omni, "omni"},
-      {RobotKind::mobileManipulator, "mobile-manipulator"},
-      {RobotKind::free, "free"}};
-  return all;
-}
 
 void describe(Fields& f, RobotPose& pose, RobotKind robot) {
   const bool isFree = robot == RobotKind::free;
@@ -60,7 +51,8 @@ void describe(Fields& f, RobotLimits& limits) {
 }  // namespace
 
 void describe(Fields& f, RobotOptions& robot) {
-  f.choice({"type", "see the table of robots in doc/formats.md", kRequired}, robot.type, robots());
+  f.choice({"type", "see the table of robots in doc/formats.md", kRequired}, robot.type,
+           robotWords());
   f.numbers({"camera_offset",
              "position of the camera in the robot frame; of a pan-unicycle: in the frame of its "
              "platform"},

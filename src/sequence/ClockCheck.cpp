@@ -6,6 +6,9 @@
 #include <array>
 #include <optional>
 
+#include "depthservo/motion/MotionBuffer.h"
+#include "motion/median.h"
+
 namespace depthservo {
 namespace {
 
@@ -16,19 +19,12 @@ struct Unit {
 constexpr std::array kUnits = {Unit{"milliseconds", 1e3}, Unit{"microseconds", 1e6},
                                Unit{"nanoseconds", 1e9}};
 
-/// Median of the intervals; 0 for fewer than two times.
 double medianPeriod(const std::vector<double>& times) {
-  std::vector<double> periods;
-  for (std::size_t i = 1; i < times.size(); ++i) periods.push_back(times[i] - times[i - 1]);
-  if (periods.empty()) return 0;
-  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
+  return detail::medianPeriod(times, [](double time_s) { return time_s; });
 }
 
 double longestPeriod(const std::vector<double>& times) {
-  constexpr double kLeast_s = 0.04, kPeriods = 4;
-  return std::max(kLeast_s, kPeriods * medianPeriod(times));
+  return MotionBuffer::longestHold(medianPeriod(times));
 }
 
 /// A time as a person reads it: milliseconds, no zeros at the end.

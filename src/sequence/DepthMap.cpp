@@ -1,7 +1,6 @@
 #include "depthservo/sequence/DepthMap.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "depthservo/text/InputError.h"
 #include "sequence/GrayImage.h"

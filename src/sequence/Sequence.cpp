@@ -398,7 +398,6 @@ void Sequence::readTracks(const std::string& path) {
   });
   detail::assignGroups(std::move(groups), &SequenceFrame::tracks, hasImages_, path, frames_,
                        warnings_);
-  hasTracks_ = true;
 }
 
 void Sequence::readTruth(const std::string& path) {

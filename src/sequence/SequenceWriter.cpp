@@ -89,7 +89,14 @@ std::string sequenceYaml(const SequenceSettings& settings) {
 
 }  // namespace
 
-double fileTime(double time_s) { return detail::toNumber(timeText(time_s)).value_or(time_s); }
+double fileTime(double time_s) {
+  // Below this the number of nanoseconds is exact, and so is their quotient: that of the text.
+  constexpr double kExact_s = 4e6, kPerSecond = 1e9;
+  const double scaled = time_s * kPerSecond, nanoseconds = std::nearbyint(scaled);
+  const double rest = scaled - nanoseconds + std::fma(time_s, kPerSecond, -scaled);
+  if (std::abs(time_s) < kExact_s && std::abs(rest) < 0.5) return nanoseconds / kPerSecond;
+  return detail::toNumber(timeText(time_s)).value_or(time_s);
+}
 
 SequenceWriter::SequenceWriter(const std::string& folder) : folder_(folder) {
   std::error_code error;

@@ -98,22 +98,28 @@ bool isAssociated(const std::string& folder) {
   return isThere(fs::path(folder) / "associations.txt") && !isThere(fs::path(folder) / "rgb.txt");
 }
 
-DataSet readAssociated(const std::string& folder, double fps) {
-  const std::string path = (fs::path(folder) / "associations.txt").string();
-  TextTable table(path, TextTable::Style::spaces,
-                  {"timestamp", "depth", "timestamp of the image", "image"});
+namespace {
+
+/// Two columns of images with their times as written.
+struct Associations {
   struct Row {
-    double time_s[2];
+    double time[2];
     std::string file[2];
   };
   std::vector<Row> rows;
-  int image = 1;  // which of the two columns lists the images; ICL-NUIM: the second
-  bool isWhole = true;
+  int image = 1;        // which of the two lists the images, not the depths; ICL-NUIM: the second
+  bool isWhole = true;  // the times are whole numbers
+};
+
+Associations readAssociations(const std::string& folder, const std::string& path) {
+  TextTable table(path, TextTable::Style::spaces,
+                  {"timestamp", "depth", "timestamp of the image", "image"});
+  Associations read;
   while (table.next()) {
-    Row row{{table.time(), table.seconds(2)},
-            {(fs::path(folder) / std::string(table.text(1))).string(),
-             (fs::path(folder) / std::string(table.text(3))).string()}};
-    if (rows.empty()) {
+    Associations::Row row{{table.time(), table.seconds(2)},
+                          {(fs::path(folder) / std::string(table.text(1))).string(),
+                           (fs::path(folder) / std::string(table.text(3))).string()}};
+    if (read.rows.empty()) {
       const bool isDepth[2] = {ImageFile(row.file[0]).isDepth(), ImageFile(row.file[1]).isDepth()};
       if (isDepth[0] == isDepth[1]) {
         table.fail(1,
@@ -121,34 +127,27 @@ DataSet readAssociated(const std::string& folder, double fps) {
                                "row, got {} of them",
                                isDepth[0] ? "two depth images and none" : "two images and none"));
       }
-      image = isDepth[0] ? 1 : 0;
+      read.image = isDepth[0] ? 1 : 0;
     }
-    const Row& first = rows.empty() ? row : rows.front();
+    const Associations::Row& first = read.rows.empty() ? row : read.rows.front();
     for (const int i : {0, 1}) {
       if (fs::path(row.file[i]).parent_path() != fs::path(first.file[i]).parent_path()) {
         table.fail(i == 0 ? 1 : 3,
                    fmt::format("{} is in another folder than {}; are columns swapped?",
                                detail::quoted(row.file[i]), detail::quoted(first.file[i])));
       }
-      isWhole = isWhole && row.time_s[i] == std::floor(row.time_s[i]);
+      read.isWhole = read.isWhole && row.time[i] == std::floor(row.time[i]);
     }
-    if (!rows.empty() && !(row.time_s[1] > rows.back().time_s[1])) {
+    if (!read.rows.empty() && !(row.time[1] > read.rows.back().time[1])) {
       table.fail(2, "time does not increase; sort the file");
     }
-    rows.push_back(std::move(row));
+    read.rows.push_back(std::move(row));
   }
-  constexpr double kIclRate = 30;  // Hz
-  if (!isWhole && fps > 0) {
-    throw InputError({path, 0, "--fps"}, "is for frame numbers; these are times in seconds");
-  }
-  const double unit_s = isWhole ? 1 / (fps > 0 ? fps : kIclRate) : 1;
-  const auto seconds = [&](double time) { return isWhole ? fileTime(time * unit_s) : time; };
-  DataSet set;
-  for (Row& row : rows) {
-    set.images.push_back({seconds(row.time_s[image]), std::move(row.file[image])});
-    set.depthImages.push_back({seconds(row.time_s[1 - image]), std::move(row.file[1 - image])});
-  }
+  return read;
+}
 
+/// The file of the camera's poses; none: there is none.
+std::optional<std::string> trajectoryOf(const std::string& folder) {
   std::vector<std::string> trajectories;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string(), ending = ".gt.freiburg";
@@ -163,10 +162,30 @@ DataSet readAssociated(const std::string& folder, double fps) {
                      fmt::format("has two ground truths, {} and {}; remove one",
                                  detail::quoted(trajectories[0]), detail::quoted(trajectories[1])));
   }
+  if (!trajectories.empty()) return trajectories[0];
   const std::string own = (fs::path(folder) / "groundtruth.txt").string();
-  if (trajectories.empty() && isThere(own)) trajectories.push_back(own);
-  if (!trajectories.empty()) {
-    set.poses = readPoses(trajectories[0], UnusablePoses::skip, unit_s, set.warnings);
+  return isThere(own) ? std::optional(own) : std::nullopt;
+}
+
+}  // namespace
+
+DataSet readAssociated(const std::string& folder, double fps) {
+  const std::string path = (fs::path(folder) / "associations.txt").string();
+  Associations read = readAssociations(folder, path);
+  constexpr double kIclRate = 30;  // Hz
+  if (!read.isWhole && fps > 0) {
+    throw InputError({path, 0, "--fps"}, "is for frame numbers; these are times in seconds");
+  }
+  const double unit_s = read.isWhole ? 1 / (fps > 0 ? fps : kIclRate) : 1;
+  const auto seconds = [&](double time) { return read.isWhole ? fileTime(time * unit_s) : time; };
+  DataSet set;
+  for (Associations::Row& row : read.rows) {
+    set.images.push_back({seconds(row.time[read.image]), std::move(row.file[read.image])});
+    set.depthImages.push_back(
+        {seconds(row.time[1 - read.image]), std::move(row.file[1 - read.image])});
+  }
+  if (const auto trajectory = trajectoryOf(folder)) {
+    set.poses = readPoses(*trajectory, UnusablePoses::skip, unit_s, set.warnings);
   }
   return set;
 }

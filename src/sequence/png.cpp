@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <csetjmp>
 #include <cstdio>
-#include <memory>
 #include <vector>
 
 #include "sequence/GrayImage.h"

@@ -181,10 +181,8 @@ class RegulationLaw : public ControlLaw {
 
   Eigen::VectorXd command(const ControlInput& now) override {
     const Twist twist = regulation_.command(target_.observer().cMo(now.odometry, now.time_s));
-    Vector6d v;
-    v << twist.linear, twist.angular;
     const Eigen::MatrixXd J = cameraJacobian(now.robot);
-    return (J.transpose() * J).ldlt().solve(J.transpose() * v);
+    return (J.transpose() * J).ldlt().solve(J.transpose() * twist.vector());
   }
   std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }
 
@@ -223,6 +221,14 @@ std::unique_ptr<ControlLaw> makePlainLaw(const LawSetup& setup, PointFeatures& f
 }
 
 }  // namespace
+
+const std::vector<detail::Choice<Law>>& lawWords() {
+  static const std::vector<detail::Choice<Law>> all = {{Law::vpServo, "vpServo"},
+                                                       {Law::task, "task"},
+                                                       {Law::profile, "profile"},
+                                                       {Law::regulation, "regulation"}};
+  return all;
+}
 
 std::unique_ptr<ControlLaw> makeControlLaw(const LawSetup& setup, PointFeatures& features,
                                            const PointSetEstimator& estimator) {

@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/features/PointFeatures.h"
@@ -13,6 +12,7 @@
 #include "depthservo/robots/RobotModel.h"
 #include "depthservo/servo/ServoGoal.h"
 #include "depthservo/servo/ServoOptions.h"
+#include "text/Names.h"
 
 namespace depthservo {
 
@@ -52,6 +52,8 @@ struct LawSetup {
   double rowPeriod_s, framePeriod_s;  ///< of odometry and images
   std::string place;                  ///< of the options, for messages
 };
+
+const std::vector<detail::Choice<Law>>& lawWords();
 
 /// \param features and \param estimator outlive the law \throw InputError the law cannot have this
 /// goal

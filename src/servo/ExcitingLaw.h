@@ -31,8 +31,6 @@ class ExcitingLaw : public ControlLaw {
   std::string activity() const override;
 
  private:
-  using Vector6d = Eigen::Matrix<double, 6, 1>;
-
   bool isNeeded() const;
   Eigen::VectorXd excitation(const Eigen::MatrixXd& J, double dt);
   Eigen::VectorXd limited(const Eigen::VectorXd& velocity, const Eigen::MatrixXd& J,

@@ -6,44 +6,23 @@
 #include <stdexcept>
 #include <string>
 
-#include "depthservo/motion/Motion.h"
 #include "depthservo/visp/using.h"
-#include "simulation/PolygonCoverage.h"
+#include "simulation/PatchPainter.h"
+#include "simulation/drawing.h"
+#include "simulation/sensorNoise.h"
 
 namespace depthservo {
 namespace {
 
-/// Instants per pixel of motion blur, and the most for one dot.
-constexpr double kInstantsPerPixel = 2;
-constexpr int kMostInstants = 128;
+using detail::PixelBox;
 
 /// Semi-axis [px] below which a disc is not drawn, and below which its pixels are sampled.
 constexpr double kThinnest = 1e-3;
 constexpr double kThin = 1;
 constexpr int kSamples = 8;
 
-/// log2 of the number of noise values; 5 of these indices fit in one random word.
-constexpr int kNoiseBits = 12;
-constexpr std::size_t kNoisePerWord = 64 / kNoiseBits;
-
 void require(bool isMet, const char* what) {
   if (!isMet) throw std::invalid_argument(std::string("SyntheticCamera: ") + what);
-}
-
-/// Half-open range of pixels.
-struct PixelBox {
-  int left, top, right, bottom;
-  int width() const { return right - left; }
-  bool isEmpty() const { return left >= right || top >= bottom; }
-};
-
-PixelBox intersect(double left, double top, double right, double bottom,
-                   const PinholeCamera& camera) {
-  const auto cut = [](double x, int size) {
-    return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(size)));
-  };
-  return {cut(left, camera.width), cut(top, camera.height), cut(right, camera.width),
-          cut(bottom, camera.height)};
 }
 
 /// Adds `weight` times the covered part of every pixel of the box.
@@ -104,98 +83,7 @@ Pixel toPixel(float gray) {
   }
 }
 
-/// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014: word `index` of
-/// stream `key`.
-std::uint64_t randomWord(std::uint64_t key, std::uint64_t index) {
-  std::uint64_t z = key + (index + 1) * 0x9e3779b97f4a7c15u;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
-
-/// 2^kNoiseBits equally likely values of a normal distribution, of standard deviation exactly
-/// `sigma`.
-std::vector<float> normalQuantiles(double sigma) {
-  const std::size_t n = std::size_t{1} << kNoiseBits;
-  std::vector<double> values(n);
-  double x = 0, sum2 = 0;
-  for (std::size_t i = n / 2; i < n;
-       ++i) {  // upper half, each from its neighbour by Newton's method
-    const double upperTail = 1 - (static_cast<double>(i) + 0.5) / static_cast<double>(n);
-    for (int k = 0; k < 8; ++k) {
-      const double density = std::exp(-0.5 * x * x) / std::sqrt(2 * M_PI);
-      x += (0.5 * std::erfc(x / std::sqrt(2.0)) - upperTail) / density;
-    }
-    values[i] = x;
-    values[n - 1 - i] = -x;
-    sum2 += 2 * x * x;
-  }
-  const double scale = sigma / std::sqrt(sum2 / static_cast<double>(n));
-  std::vector<float> quantiles(n);
-  std::transform(values.begin(), values.end(), quantiles.begin(),
-                 [scale](double value) { return static_cast<float>(scale * value); });
-  return quantiles;
-}
-
-void addNoise(const std::vector<float>& quantiles, std::uint64_t key, std::vector<float>& light) {
-  constexpr std::uint64_t kMask = (std::uint64_t{1} << kNoiseBits) - 1;
-  std::size_t i = 0;
-  for (std::uint64_t index = 0; i < light.size(); ++index) {
-    std::uint64_t word = randomWord(key, index);
-    const std::size_t end = std::min(light.size(), i + kNoisePerWord);
-    for (; i < end; ++i, word >>= kNoiseBits) light[i] += quantiles[word & kMask];
-  }
-}
-
-/// Relative light by pixel, row-major.
-std::vector<float> vignette(const PinholeCamera& camera, double loss) {
-  const double u = std::max(camera.cx, camera.width - 1 - camera.cx);
-  const double v = std::max(camera.cy, camera.height - 1 - camera.cy);
-  const double lossPerPixel2 = loss / (u * u + v * v);
-  std::vector<float> gain;
-  gain.reserve(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-  for (int j = 0; j < camera.height; ++j) {
-    for (int i = 0; i < camera.width; ++i) {
-      const double r2 = (i - camera.cx) * (i - camera.cx) + (j - camera.cy) * (j - camera.cy);
-      gain.push_back(static_cast<float>(std::max(0.0, 1 - lossPerPixel2 * r2)));
-    }
-  }
-  return gain;
-}
-
-/// The camera moved on by a part of the exposure, -1/2..1/2.
-Eigen::Isometry3d during(const SyntheticView& view, double exposure_s, double part) {
-  const Motion motion = Motion::fromTwist(view.twist, part * exposure_s);
-  Eigen::Isometry3d moved = Eigen::Isometry3d::Identity();
-  moved.linear() = motion.R;
-  moved.translation() = motion.t;
-  return moved;
-}
-
-/// Nearer than this [m] nothing is drawn.
-constexpr double kNear = 1e-3;
-
-/// From the plane of a patch (x, y, 1) [m] to pixels (3x3).
-Eigen::Matrix3d homography(const PinholeCamera& camera, const Eigen::Isometry3d& cMp) {
-  Eigen::Matrix3d K;
-  K << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
-  Eigen::Matrix3d H;
-  H << cMp.linear().leftCols<2>(), cMp.translation();
-  return K * H;
-}
-
-bool isSeenFromTheFront(const Eigen::Isometry3d& cMp) {
-  return cMp.linear().col(2).dot(cMp.translation()) > 0;
-}
-
 }  // namespace
-
-/// Working memory of drawPatch.
-struct SyntheticCamera::PatchBuffers {
-  detail::PolygonCoverage covered, light;  // share of each pixel, and its gray level times that
-  std::vector<Eigen::Vector2d> corners;    // of the cells, (columns + 1) x (rows + 1) [px]
-  std::vector<char> isBefore;              // whether that corner lies in front of the camera
-};
 
 SyntheticCamera::SyntheticCamera(SyntheticCamera&&) noexcept = default;
 SyntheticCamera::~SyntheticCamera() = default;
@@ -212,7 +100,7 @@ SyntheticCamera::SyntheticCamera(const PinholeCamera& camera, std::vector<GrayPa
     : camera_(camera),
       patches_(std::move(patches)),
       options_(options),
-      buffers_(std::make_unique<PatchBuffers>()) {
+      painter_(std::make_unique<detail::PatchPainter>(camera)) {
   for (const GrayPatch& patch : patches_) {
     require(std::isfinite(patch.width) && patch.width > 0 && std::isfinite(patch.height) &&
                 patch.height > 0,
@@ -238,9 +126,9 @@ void SyntheticCamera::prepare() {
   require(options.exposure_s >= 0 && std::isfinite(options.exposure_s), "exposure_s is >= 0 s");
   require(options.vignetting >= 0 && options.vignetting <= 1, "vignetting is 0..1");
 
-  exposed_.reserve(kMostInstants);
-  if (options.vignetting > 0) gain_ = vignette(camera, options.vignetting);
-  if (options.gray_noise > 0) noiseQuantiles_ = normalQuantiles(options.gray_noise);
+  exposed_.reserve(detail::kMostInstants);
+  if (options.vignetting > 0) gain_ = detail::vignette(camera, options.vignetting);
+  if (options.gray_noise > 0) noiseQuantiles_ = detail::normalQuantiles(options.gray_noise);
   if (!gain_.empty() || !noiseQuantiles_.empty()) {
     light_.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
   }
@@ -296,7 +184,7 @@ void SyntheticCamera::render(const SyntheticView& view, vpImage<unsigned char>& 
                    [](float light, float gain) { return light * gain; });
   }
   if (!noiseQuantiles_.empty()) {
-    addNoise(noiseQuantiles_, randomWord(randomWord(0, options_.seed), view.frame), light_);
+    detail::addNoise(noiseQuantiles_, options_.seed, view.frame, light_);
   }
   std::transform(light_.begin(), light_.end(), image.bitmap, toPixel<unsigned char>);
 }
@@ -309,8 +197,8 @@ void SyntheticCamera::draw(const SyntheticView& view, Pixel* pixels) {
   for (const std::size_t i : farthestFirst(view)) drawPatch(view, i, pixels);
   for (std::size_t i = 0; i < target_.points.size(); ++i) drawDot(view, i, pixels);
   for (const Occluder& o : view.occluders) {
-    const PixelBox box = intersect(o.left, o.top, static_cast<double>(o.left) + o.width,
-                                   static_cast<double>(o.top) + o.height, camera_);
+    const PixelBox box = detail::intersect(o.left, o.top, static_cast<double>(o.left) + o.width,
+                                           static_cast<double>(o.top) + o.height, camera_);
     if (box.isEmpty()) continue;
     for (int v = box.top; v < box.bottom; ++v) {
       std::fill_n(pixels + static_cast<std::size_t>(v) * width + box.left, box.width(),
@@ -322,7 +210,7 @@ void SyntheticCamera::draw(const SyntheticView& view, Pixel* pixels) {
 template <typename Pixel>
 void SyntheticCamera::drawDot(const SyntheticView& view, std::size_t i, Pixel* pixels) {
   const auto at = [&](double part) {
-    return ellipse(during(view, options_.exposure_s, part) * view.cMo, i);
+    return ellipse(detail::during(view, options_.exposure_s, part) * view.cMo, i);
   };
   const auto middle = ellipse(view.cMo, i);
   if (!middle) return;
@@ -333,8 +221,7 @@ void SyntheticCamera::drawDot(const SyntheticView& view, std::size_t i, Pixel* p
   if (!first || !last) return;
   const double path_px = (last->centre - first->centre).norm() +
                          std::abs(last->semiAxes().x() - first->semiAxes().x());
-  const int instants =
-      static_cast<int>(std::min<double>(kMostInstants, 1 + std::ceil(kInstantsPerPixel * path_px)));
+  const int instants = detail::instantsOver(path_px);
   for (int k = 0; k < instants; ++k) {
     const auto outline = path_px > 0 ? at((k + 0.5) / instants - 0.5) : middle;
     if (outline) exposed_.push_back(*outline);
@@ -351,12 +238,11 @@ void SyntheticCamera::drawDot(const SyntheticView& view, std::size_t i, Pixel* p
     low = low.cwiseMin(outline.centre - half);
     high = high.cwiseMax(outline.centre + half);
   }
-  const PixelBox box = intersect(std::floor(low.x()), std::floor(low.y()), std::ceil(high.x()) + 1,
-                                 std::ceil(high.y()) + 1, camera_);
+  const PixelBox box = detail::touched(low, high, camera_);
   if (box.isEmpty()) return;
 
   const auto pixelsPerRow = static_cast<std::size_t>(box.width());
-  coverage_.assign(pixelsPerRow * static_cast<std::size_t>(box.bottom - box.top), 0.0f);
+  coverage_.assign(pixelsPerRow * static_cast<std::size_t>(box.height()), 0.0f);
   const float weight = 1 / static_cast<float>(exposed_.size());
   for (const Ellipse& outline : exposed_) Coverage(outline).addTo(coverage_.data(), box, weight);
 
@@ -390,11 +276,11 @@ std::optional<double> SyntheticCamera::depthAt(const SyntheticView& view, double
   const std::vector<std::size_t> order = farthestFirst(view);
   for (auto i = order.rbegin(); i != order.rend(); ++i) {
     const Eigen::Isometry3d cMp = patchInCamera(view, *i);
-    if (!isSeenFromTheFront(cMp)) continue;
+    if (!detail::isSeenFromTheFront(cMp)) continue;
     const Eigen::Vector3d sight(s.x(), s.y(), 1), normal = cMp.linear().col(2);
     const double Z = normal.dot(cMp.translation()) / normal.dot(sight);
     const Eigen::Vector3d hit = cMp.inverse() * (Z * sight).eval();
-    if (Z > kNear && std::abs(hit.x()) <= 0.5 * patches_[*i].width &&
+    if (Z > detail::kNear && std::abs(hit.x()) <= 0.5 * patches_[*i].width &&
         std::abs(hit.y()) <= 0.5 * patches_[*i].height) {
       return Z;
     }
@@ -404,89 +290,14 @@ std::optional<double> SyntheticCamera::depthAt(const SyntheticView& view, double
 
 template <typename Pixel>
 void SyntheticCamera::drawPatch(const SyntheticView& view, std::size_t i, Pixel* pixels) {
-  const GrayPatch& patch = patches_[i];
-  const Eigen::Isometry3d cMp = patchInCamera(view, i);
-  if (!isSeenFromTheFront(cMp) || !cMp.matrix().allFinite()) return;
   Eigen::Matrix3d warp = Eigen::Matrix3d::Identity();
   if (i < view.patchWarps.size() && view.patchWarps[i].allFinite()) warp = view.patchWarps[i];
-
-  const auto columns = static_cast<std::size_t>(patch.columns);
-  const auto rows = static_cast<std::size_t>(patch.rows);
-  const auto project = [&](double part) {
-    const Eigen::Isometry3d moved = during(view, options_.exposure_s, part) * cMp;
-    const Eigen::Matrix3d H = homography(camera_, moved);
-    buffers_->corners.clear();
-    buffers_->isBefore.clear();
-    for (std::size_t r = 0; r <= rows; ++r) {
-      for (std::size_t c = 0; c <= columns; ++c) {
-        const Eigen::Vector3d plane((static_cast<double>(c) / patch.columns - 0.5) * patch.width,
-                                    (static_cast<double>(r) / patch.rows - 0.5) * patch.height, 1);
-        const Eigen::Vector3d image = H * plane, warped = warp * image;
-        buffers_->isBefore.push_back(image.z() > kNear && warped.z() > 0);
-        buffers_->corners.push_back(warped.hnormalized());
-      }
-    }
-  };
-  // Where the corners are at either end of the exposure says what is touched, and how finely the
-  // motion must be cut.
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(HUGE_VAL), high = -low;
-  double path_px = 0;
-  std::vector<Eigen::Vector2d> first;
-  for (const double part : {-0.5, 0.0, 0.5}) {
-    if (part != 0.0 && !(options_.exposure_s > 0)) continue;
-    project(part);
-    for (std::size_t k = 0; k < buffers_->corners.size(); ++k) {
-      if (!buffers_->isBefore[k]) continue;
-      low = low.cwiseMin(buffers_->corners[k]);
-      high = high.cwiseMax(buffers_->corners[k]);
-      if (part > 0) path_px = std::max(path_px, (buffers_->corners[k] - first[k]).norm());
-    }
-    if (part < 0) first = buffers_->corners;
-  }
-  if (!(low.x() <= high.x())) return;
-  const PixelBox box = intersect(std::floor(low.x()), std::floor(low.y()), std::ceil(high.x()) + 1,
-                                 std::ceil(high.y()) + 1, camera_);
-  if (box.isEmpty()) return;
-
-  const int instants =
-      static_cast<int>(std::min<double>(kMostInstants, 1 + std::ceil(kInstantsPerPixel * path_px)));
-  // A mirrored image (negative fy) turns the outlines round.
-  const float weight = (camera_.fx * camera_.fy < 0 ? -1.0f : 1.0f) / static_cast<float>(instants);
-  buffers_->covered.reset(box.width(), box.bottom - box.top);
-  buffers_->light.reset(box.width(), box.bottom - box.top);
-  const Eigen::Vector2d origin(box.left - 0.5, box.top - 0.5);
-  for (int k = 0; k < instants; ++k) {
-    if (path_px > 0) project((k + 0.5) / instants - 0.5);
-    const auto corner = [&](std::size_t r, std::size_t c) { return r * (columns + 1) + c; };
-    /// {1, gray level} of a cell; zeros outside and for one that is not drawn.
-    const auto cell = [&](std::size_t r, std::size_t c) -> Eigen::Vector2f {
-      if (r >= rows || c >= columns) return Eigen::Vector2f::Zero();  // also "-1"
-      const auto& isBefore = buffers_->isBefore;
-      const bool isDrawn = isBefore[corner(r, c)] && isBefore[corner(r, c + 1)] &&
-                           isBefore[corner(r + 1, c)] && isBefore[corner(r + 1, c + 1)];
-      if (!isDrawn) return Eigen::Vector2f::Zero();
-      return {1, patch.gray[r * columns + c]};
-    };
-    const auto addEdge = [&](std::size_t from, std::size_t to, const Eigen::Vector2f& jump) {
-      if (jump.isZero(0)) return;
-      const Eigen::Vector2d a = buffers_->corners[from] - origin;
-      const Eigen::Vector2d b = buffers_->corners[to] - origin;
-      if (jump[0] != 0) buffers_->covered.addEdge(a, b, weight * jump[0]);
-      buffers_->light.addEdge(a, b, weight * jump[1]);
-    };
-    for (std::size_t r = 0; r <= rows; ++r) {
-      for (std::size_t c = 0; c <= columns; ++c) {
-        const Eigen::Vector2f here = cell(r, c);
-        if (r < rows) addEdge(corner(r, c), corner(r + 1, c), here - cell(r, c - 1));
-        if (c < columns) addEdge(corner(r, c), corner(r, c + 1), cell(r - 1, c) - here);
-      }
-    }
-  }
-
+  const PixelBox box =
+      painter_->paint({patches_[i], patchInCamera(view, i), warp, view, options_.exposure_s});
   for (int v = box.top; v < box.bottom; ++v) {
     Pixel* row = pixels + static_cast<std::size_t>(v) * static_cast<std::size_t>(camera_.width);
-    const float* covered = buffers_->covered.row(v - box.top);
-    const float* light = buffers_->light.row(v - box.top);
+    const float* covered = painter_->covered().row(v - box.top);
+    const float* light = painter_->light().row(v - box.top);
     float share = 0, gray = 0;
     for (int u = box.left; u < box.right; ++u) {
       share += *covered++;

@@ -1,6 +1,5 @@
 #include "depthservo/tracking/AprilTagTracker.h"
 
-#include <algorithm>
 #include <map>
 #include <stdexcept>
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "depthservo/visp/using.h"
+#include "motion/median.h"
 #include "tracking/PatchAligner.h"
 
 namespace depthservo {
@@ -165,11 +166,10 @@ class KltTracker::Impl {
       if (before > 1 && now > 1) gains_.push_back(before / now);
     }
     if (gains_.empty()) return raw;
-    const auto middle = gains_.begin() + static_cast<std::ptrdiff_t>(gains_.size() / 2);
-    std::nth_element(gains_.begin(), middle, gains_.end());
-    if (std::abs(*middle - 1) < kGainStep) return raw;
+    const double gain = detail::medianOf(gains_);
+    if (std::abs(gain - 1) < kGainStep) return raw;
     cv::Mat image;
-    raw.convertTo(image, CV_8U, *middle);
+    raw.convertTo(image, CV_8U, gain);
     return image;
   }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "depthservo/visp/using.h"
+#include "motion/median.h"
 
 namespace depthservo::detail {
 namespace {
@@ -148,9 +149,7 @@ class SideFitter {
 
       residuals_.clear();
       for (const auto& p : points_) residuals_.push_back(std::abs(residual(p)));
-      const auto half = residuals_.begin() + static_cast<std::ptrdiff_t>(residuals_.size() / 2);
-      std::nth_element(residuals_.begin(), half, residuals_.end());
-      const double limit = std::max(kFloor_px, kOutlier * 1.4826 * *half);
+      const double limit = std::max(kFloor_px, kOutlier * 1.4826 * detail::medianOf(residuals_));
       const auto isOff = [&](const Eigen::Vector2d& p) { return std::abs(residual(p)) > limit; };
       const auto kept = std::remove_if(points_.begin(), points_.end(), isOff);
       if (kept == points_.end()) break;

@@ -16,12 +16,4 @@ inline DEPTHSERVO_VISP vpHomogeneousMatrix toVisp(const Eigen::Isometry3d& M) {
   return visp;
 }
 
-inline Eigen::Isometry3d fromVisp(const DEPTHSERVO_VISP vpHomogeneousMatrix& visp) {
-  Eigen::Isometry3d M = Eigen::Isometry3d::Identity();
-  for (unsigned i = 0; i < 3; ++i) {
-    for (unsigned j = 0; j < 4; ++j) M.matrix()(i, j) = visp[i][j];
-  }
-  return M;
-}
-
 }  // namespace depthservo

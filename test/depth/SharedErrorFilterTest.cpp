@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "depthservo/depth/SeparatePoints.h"
 #include "depthservo/depth/SharedErrorFilter.h"
@@ -11,67 +12,14 @@
 namespace depthservo {
 namespace {
 
-using test::Drive;
+using test::Honesty;
 using test::Random;
+using test::Robot;
 using test::RobotErrors;
 using test::RobotRun;
 
-constexpr std::size_t kPoints = 12;
+constexpr std::size_t kPoints = Robot::kPoints;
 constexpr int kRobots = 24;
-
-/// Of the depths called valid after three seconds.
-struct Honesty {
-  double coverage = 0;  // share within two sigma
-  double valid = 0;     // share called valid
-  double error = 0;     // median, relative, with the robot's true scale taken out
-};
-
-struct Robot {
-  RobotErrors errors;
-  RobotRun run;
-
-  explicit Robot(unsigned seed, const RobotErrors& of) : errors(of) {
-    Random random(seed);
-    const bool isArc = seed % 2 == 0;
-    const Drive course = isArc ? Drive{.3, .12, .30, .10, 5} : Drive{.25, .1, .05, .15, 6};
-    std::vector<Eigen::Vector3d> points;
-    for (std::size_t i = 0; i < kPoints; ++i) {
-      const double x = random.uniform(-1, 1), y = random.uniform(-1, 1),
-                   z = random.uniform(-.3, .9);
-      points.push_back(isArc ? Eigen::Vector3d(x, 3.3 + y, z)
-                             : Eigen::Vector3d(2.5 + 1.5 * x, 3.5 + y, z));
-    }
-    run = test::drive(course, errors, M_PI / 2, points, seed);
-  }
-
-  static Robot typical(unsigned seed, double size = 1) {
-    Random random(5000 + seed);
-    return Robot(seed, RobotErrors::typical(random, size));
-  }
-
-  Honesty judge(PointSetEstimator& estimator) {
-    std::vector<double> errors_;
-    double covered = 0, all = 0;
-    for (const RobotRun::Image& image : run.images) {
-      estimator.advance(run.odometry, image.stamp_s);
-      estimator.correct(image.points);
-      for (const PointObservation& o : image.points) {
-        if (image.stamp_s < 3) continue;
-        ++all;
-        const DepthEstimate e = estimator.estimate(o.id);
-        if (e.status != DepthStatus::valid) continue;
-        const double Z = image.Z[static_cast<std::size_t>(o.id)];
-        covered += std::abs(e.Z() - Z) <= 2 * e.sigma_Z();
-        errors_.push_back(std::abs(e.Z() * (1 + errors.S) - Z) / Z);
-      }
-    }
-    if (errors_.empty()) return {};
-    const auto middle = errors_.begin() + static_cast<std::ptrdiff_t>(errors_.size() / 2);
-    std::nth_element(errors_.begin(), middle, errors_.end());
-    const auto valid = static_cast<double>(errors_.size());
-    return {covered / valid, valid / all, *middle};
-  }
-};
 
 std::unique_ptr<PointSetEstimator> joint() {
   return std::make_unique<SharedErrorFilter>(kPoints, SharedErrorFilterOptions{}, DepthPrior{3});
@@ -90,8 +38,8 @@ Honesty meanOf(const std::function<std::unique_ptr<PointSetEstimator>()>& make,
     const Honesty one = Robot::typical(seed).judge(*estimator);
     mean.coverage += one.coverage / kRobots;
     mean.valid += one.valid / kRobots;
-    mean.error += one.error / kRobots;
-    if (worstError) *worstError = std::max(*worstError, one.error);
+    mean.scaled += one.scaled / kRobots;
+    if (worstError) *worstError = std::max(*worstError, one.scaled);
   }
   return mean;
 }
@@ -101,7 +49,7 @@ TEST(RobotErrors, leaveJointDepthsHonestAndPrecise) {
   const Honesty mean = meanOf(joint, &worst);
   EXPECT_GE(mean.coverage, 0.93);
   EXPECT_GE(mean.valid, 0.7);
-  EXPECT_LE(mean.error, 0.008);
+  EXPECT_LE(mean.scaled, 0.008);
   EXPECT_LE(worst, 0.04);
 }
 
@@ -116,7 +64,7 @@ TEST(RobotErrors, thatAreNotThereLeaveDepthsExact) {
   const auto estimator = joint();
   const Honesty honesty = robot.judge(*estimator);
   EXPECT_GE(honesty.coverage, 0.95);
-  EXPECT_LE(honesty.error, 0.005);
+  EXPECT_LE(honesty.scaled, 0.005);
 }
 
 TEST(RobotErrors, ofWhiteNoiseAloneAreFarTooSmall) {  // so that the tests above can fail
@@ -135,8 +83,7 @@ TEST(RobotErrors, ofWhiteNoiseAloneAreFarTooSmall) {  // so that the tests above
 TEST(RobotErrors, areLearntWithAnHonestSigma) {
   double sum[3] = {};
   for (unsigned seed = 0; seed < kRobots; ++seed) {
-    Random random(7000 + seed);
-    Robot robot(seed, RobotErrors::ofPrior(random));
+    const Robot robot = Robot::ofPrior(seed);
     SharedErrorFilter filter(kPoints, {}, DepthPrior{3});
     robot.judge(filter);
     const auto nees = [](const SharedErrorFilter::Shared& state, double truth) {
@@ -161,7 +108,7 @@ TEST(RobotErrors, ofManyPointsAreLearntFromAFew) {
   const Honesty honesty = robot.judge(filter);
   EXPECT_GE(honesty.coverage, 0.9);
   EXPECT_GE(honesty.valid, 0.7);
-  EXPECT_LE(honesty.error, 0.02);
+  EXPECT_LE(honesty.scaled, 0.02);
 }
 
 TEST(SharedErrorFilter, learnsTheScaleFromADepthThatIsMeasured) {

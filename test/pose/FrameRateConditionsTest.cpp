@@ -279,7 +279,6 @@ TEST(GainDesign, isThatOfThePaperAt60Frames) {
   EXPECT_NEAR(best.gains.gamma, .6597, 1e-3);
   EXPECT_NEAR(best.bound, 7.1020, 1e-4);
   EXPECT_NEAR(best.gains.kc, 54.57, .02);
-  EXPECT_FALSE(best.boundsRotation());
   const GainDesign started = designRegulation(60, kRoot2, .95, 35.41789);
   EXPECT_NEAR(started.gains.ke, 1.464, 1e-3);
   EXPECT_NEAR(started.gains.gamma, .7138, 1e-3);

@@ -39,6 +39,8 @@ TEST(KeyPages, the_tables_in_the_documentation_are_those_of_the_code) {
       << "write the table anew: depthservo keys --markdown";
   EXPECT_EQ(documented("--replay --markdown"), keysAsMarkdown(KeySet::replay))
       << "write the table anew: depthservo keys --replay --markdown";
+  EXPECT_EQ(documented("--errors --markdown"), keysAsMarkdown(KeySet::errors))
+      << "write the table anew: depthservo keys --errors --markdown";
 }
 
 TEST(KeyPages, the_shipped_schema_is_that_of_the_code) {

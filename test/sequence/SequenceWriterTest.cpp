@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 
 #include "depthservo/sequence/SequenceWriter.h"
@@ -98,6 +101,22 @@ TEST_F(SequenceWriterTest, file_time_is_a_fixed_point) {
       EXPECT_EQ(fileTime(t), t);
     }
   }
+}
+
+TEST_F(SequenceWriterTest, file_time_is_that_of_the_text) {
+  const auto expectText = [](double t) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.9f", t);
+    EXPECT_EQ(fileTime(t), std::strtod(text, nullptr)) << text;
+  };
+  for (int i = 0; i < 20000; ++i) {
+    expectText(i / 30.);
+    expectText(random_.uniform(-1e7, 1e7));
+    expectText(i / 1024.);         // halves of a nanosecond
+    expectText((i + 0.5) * 1e-9);  // nearly
+    expectText(4e6 + i / 1024.);
+  }
+  EXPECT_TRUE(std::isnan(fileTime(std::nan(""))));
 }
 
 TEST_F(SequenceWriterTest, leaves_nothing_when_it_is_not_finished) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "depthservo/depth/ErrorProfile.h"
@@ -54,13 +57,15 @@ struct RobotErrors {
   }
 };
 
+inline constexpr double kRobotFocal_px = 600, kPi = 3.14159265358979323846;
+
 /// How the base drives: speed [m/s] and turn rate [rad/s] at a time.
 struct Drive {
   double v, v_wave, w, w_wave, period_s;
 
-  double speed(double t) const { return v + v_wave * std::sin(2 * M_PI * t / period_s); }
+  double speed(double t) const { return v + v_wave * std::sin(2 * kPi * t / period_s); }
   double turn(double t) const {
-    return w * speed(t) + w_wave * std::sin(2 * M_PI * t / (1.3 * period_s) + 1);
+    return w * speed(t) + w_wave * std::sin(2 * kPi * t / (1.3 * period_s) + 1);
   }
 };
 
@@ -73,8 +78,6 @@ struct RobotRun {
   };
   std::vector<Image> images;
 };
-
-inline constexpr double kRobotFocal_px = 600;
 
 /// \param points in world coordinates, z up; the robot starts at the origin along x
 /// \param aside direction of the optical axis from the base's x towards y [rad]
@@ -161,5 +164,74 @@ inline RobotRun drive(const Drive& course, const RobotErrors& errors, double asi
   }
   return run;
 }
+
+/// Of the depths called valid after three seconds.
+struct Honesty {
+  double coverage = 0;  // share within two sigma
+  double valid = 0;     // share called valid
+  double error = 0;     // median, relative
+  double scaled = 0;    // the same with the robot's true scale taken out
+};
+
+/// A robot with its errors, and a recording of 20 s: round twelve points, or past them.
+struct Robot {
+  static constexpr std::size_t kPoints = 12;
+
+  RobotErrors errors;
+  RobotRun run;
+
+  Robot(unsigned seed, const RobotErrors& of) : errors(of) {
+    Random random(seed);
+    const bool isArc = seed % 2 == 0;
+    const Drive course = isArc ? Drive{.3, .12, .30, .10, 5} : Drive{.25, .1, .05, .15, 6};
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      const double x = random.uniform(-1, 1), y = random.uniform(-1, 1),
+                   z = random.uniform(-.3, .9);
+      points.push_back(isArc ? Eigen::Vector3d(x, 3.3 + y, z)
+                             : Eigen::Vector3d(2.5 + 1.5 * x, 3.5 + y, z));
+    }
+    constexpr double kToTheLeft = 1.5707963267948966;
+    run = drive(course, errors, kToTheLeft, points, seed);
+  }
+
+  static Robot typical(unsigned seed, double size = 1) {
+    Random random(5000 + seed);
+    return Robot(seed, RobotErrors::typical(random, size));
+  }
+
+  static Robot ofPrior(unsigned seed) {
+    Random random(7000 + seed);
+    return Robot(seed, RobotErrors::ofPrior(random));
+  }
+
+  Honesty judge(PointSetEstimator& estimator) const {
+    std::vector<double> relative, scaled;
+    double covered = 0, all = 0;
+    for (const RobotRun::Image& image : run.images) {
+      estimator.advance(run.odometry, image.stamp_s);
+      estimator.correct(image.points);
+      if (image.stamp_s < 3) continue;
+      for (const PointObservation& o : image.points) {
+        ++all;
+        const DepthEstimate e = estimator.estimate(o.id);
+        if (e.status != DepthStatus::valid) continue;
+        const double Z = image.Z[static_cast<std::size_t>(o.id)];
+        covered += std::abs(e.Z() - Z) <= 2 * e.sigma_Z();
+        relative.push_back(std::abs(e.Z() - Z) / Z);
+        scaled.push_back(std::abs(e.Z() * (1 + errors.S) - Z) / Z);
+      }
+    }
+    if (relative.empty()) return {};
+    const auto valid = static_cast<double>(relative.size());
+    return {covered / valid, valid / all, median(relative), median(scaled)};
+  }
+
+  static double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  }
+};
 
 }  // namespace depthservo::test

@@ -75,6 +75,9 @@ class ConsistencyMonitor {
     int rejected = 0;           ///< measurements of the window beyond the gate, not in the mean
     Cause rival = Cause::none;  ///< another that explains nearly as much: motion tells them apart
 
+    /// Whether the motion does not explain the images at all, be it known why or not.
+    bool isMotion() const;
+
     /// The cause with its evidence and what to do, in one sentence.
     std::string message() const;
   };
@@ -174,7 +177,7 @@ class ConsistencyMonitor {
   OdometryNoise::Step step_;
   Eigen::Matrix3d startRcamera_ = Eigen::Matrix3d::Identity();
   // Recent mean twists, newest first, and their count: for the latency's sensitivity.
-  std::array<Eigen::Matrix<double, 6, 1>, 4> twists_ = {};
+  std::array<Vector6d, 4> twists_ = {};
   int twistCount_ = 0;
   bool isMoving_ = false;  // by more than measured noise
   double dt_ = 0, sinceCorrection_s_ = 0;

@@ -52,7 +52,8 @@ struct DepthGains {
   Stability flowEuler() const;                   ///< exact flow, gains k dt and k_3 dt
   static Stability poleMatched() { return {}; }  ///< exact flow, matched poles
 
-  /// Why gains cannot be meant: wn dt > 1 at this excitation, in one sentence; empty when they can.
+  /// Why gains are implausible (wrong unit): wn dt > 1 at this excitation, in one sentence; empty
+  /// when they are not.
   static std::string objection(double k_3, double excitation, double fps);
 };
 

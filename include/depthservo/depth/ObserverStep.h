@@ -7,7 +7,7 @@
 namespace depthservo::detail {
 
 /// What became of an observed point. `vague`: predicted for too long; `gone`: behind the camera, or
-/// moved beyond all sense, it starts anew with its next measurement.
+/// numerically invalid, it starts anew with its next measurement.
 enum class ObserverPhase { unset, measured, coasting, vague, rejected, gone };
 
 /// \param isExcited, isFound of what is being observed

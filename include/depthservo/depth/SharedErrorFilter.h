@@ -80,7 +80,9 @@ class SharedErrorFilter : public PointSetEstimator {
   Shared gyroBias(int axis) const;  ///< [rad/s], axis 0..2
   Shared mount(int axis) const;     ///< [rad], axis 0..2
   Shared focal() const;             ///< kappa - 1 [-]
-  Shared slip() const;              ///< [-]
+  /// Of the latest innovations of the points at places; 2 when the profile is right.
+  double meanNis() const { return nisSum_ / nisWeight_; }
+  Shared slip() const;  ///< [-]
 
  private:
   static constexpr int kNone = -1;
@@ -119,6 +121,8 @@ class SharedErrorFilter : public PointSetEstimator {
   ByShared bySharedErrors(const Step& step, const detail::FilterPoint& before,
                           const PointState& after, const Eigen::Matrix3d& F) const;
   void propagate();
+  void keepSound();
+  void resetShared();
   void renew(int index, double kept, double sigma);
   void letDrift(Slot& slot, const UnknownPart& unknown);
 
@@ -135,9 +139,18 @@ class SharedErrorFilter : public PointSetEstimator {
   void elect();
   void seat(Slot& slot, int place);
   void unseat(Slot& slot);
+  void vacate(Slot& slot);
   void clear(int first, int count);
 
   bool isMount(int index) const { return mount_ != kNone && index >= mount_ && index < mount_ + 3; }
+  /// A cov(constants) A'. \param A derivative by the constants
+  template <int rows>
+  Eigen::Matrix<double, rows, rows> ofConstants(
+      const Eigen::Matrix<double, rows, Eigen::Dynamic, 0, rows, kMostConstants>& A) const {
+    Eigen::Matrix<double, rows, Eigen::Dynamic, 0, rows, kMostConstants> AP(rows, constants_);
+    AP = A.lazyProduct(P_.topLeftCorner(constants_, constants_));
+    return AP.lazyProduct(A.transpose());
+  }
   double priorOf(int index) const;  // of a constant
   Shared shared(int index, double prior) const;
 
@@ -163,6 +176,7 @@ class SharedErrorFilter : public PointSetEstimator {
   std::vector<Eigen::Matrix<double, 3, 6>> G_;  // by unit noise of the odometry
   Eigen::MatrixXd U_, K_, W_;  // of one correction, n x 2; of one prediction, n x 3
 
+  double nisSum_ = 2, nisWeight_ = 1;
   Twist twist_;                // at the last exposure, corrected
   OdometryNoise::Step noise_;  // of the last motion
   double dt_ = 0;              // of the last motion [s]

@@ -83,6 +83,9 @@ class MotionBuffer {
   /// its own time. \rtsafe
   Mean meanTwist(double t0_s, double t1_s) const;
 
+  /// How long a row holds at most where the next one is late [s]: rows farther apart leave a hole.
+  static double longestHold(double medianPeriod_s);
+
   /// End of the validity of the newest row [s]; meaningless when empty. \rtsafe
   double end() const;
 

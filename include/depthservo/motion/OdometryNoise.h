@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "depthservo/motion/Motion.h"
 
@@ -44,10 +43,10 @@ struct OdometryNoise {
   struct Step {
     double variance_t = 0;      ///< of each component of its translation [m^2]
     double variance_theta = 0;  ///< of each component of its rotation [rad^2]
-    double rho = 1;   ///< share of its parallax that is motion, not noise: 0 in the dead band .. 1
+    double rho = 1;  ///< share of its parallax that is motion, not noise: 0 in the dead band .. 1
     double bias_variance = 0;  ///< of each component of its translation, as far as it teaches, when
                                ///< the estimator gets it too: it then biases depth [m^2]
-    bool isKnown = true;  ///< the whole motion is
+    bool isKnown = true;       ///< the whole motion is
   };
 
   /// For a finite motion with dt > 0. Rows that last h_i give it the variance sigma^2 sum h_i^2.

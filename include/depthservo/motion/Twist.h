@@ -4,6 +4,9 @@
 
 namespace depthservo {
 
+using Vector6d = Eigen::Matrix<double, 6, 1>;  ///< (linear, angular), as a Twist
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
 /// Velocity of the camera, expressed in the camera frame (x right, y down, z forward).
 ///
 /// The order of the six components is (vx, vy, vz, wx, wy, wz), as in ViSP. A point of the scene
@@ -12,6 +15,7 @@ struct Twist {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();   ///< [m/s]
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< [rad/s]
 
+  Vector6d vector() const { return (Vector6d() << linear, angular).finished(); }
   bool isFinite() const { return linear.allFinite() && angular.allFinite(); }
 };
 

@@ -65,7 +65,7 @@ const char* toString(ErrorKind kind);
 /// The errors of this name; none: no such word.
 std::optional<ErrorKind> errorKindNamed(const std::string& name);
 
-/// Every name, in the order of the enumeration, but `file`.
+/// Every name; `file` has none.
 std::vector<std::string> errorKindNames();
 
 /// Which estimator, its first guess and its settings.

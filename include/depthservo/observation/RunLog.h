@@ -68,7 +68,7 @@ struct RunDiagnosis {
   bool isFault() const { return std::isfinite(first_s); }
 
   /// Whether the motion, as given, is not that of the images: what follows from it says nothing.
-  bool isMotion() const;
+  bool isMotion() const { return latest.isMotion(); }
 
   std::string message() const;
 };

@@ -62,10 +62,9 @@ RegulationConditions regulationConditions(const SampledGains& gains, Norms norms
 /// Gains for a camera, with the smallest bound that the conditions can guarantee.
 struct GainDesign {
   SampledGains gains;
-  double bound = 0;  ///< guaranteed in the end: (16) on |e_e|, or (27) on |e|; 0 for a still target
-
-  /// A rotation error never exceeds 1 in this measure, so a larger bound says nothing about it.
-  bool boundsRotation() const { return bound < 1; }
+  /// Guaranteed in the end: (16) on |e_e|, or (27) on |e|; 0 for a still target. A rotation error
+  /// never exceeds 1 in this measure, so a larger bound says nothing about it.
+  double bound = 0;
 };
 
 /// ke and gamma that minimise (16) at this frame rate [Hz]. Without U0 the observer is supposed to

@@ -3,10 +3,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-namespace depthservo {
+#include "depthservo/motion/Twist.h"
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;  ///< (linear, angular), as a Twist
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
+namespace depthservo {
 
 /// Size of a pose as an error, after Ibuki et al. 2023: vec(g) = (p ; sk(R)^v), position [m] and
 /// xi sin(theta) of the rotation by theta about xi. Its rotation part grows up to theta = pi/2 and

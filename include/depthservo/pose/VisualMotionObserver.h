@@ -29,6 +29,15 @@ enum class ImageVerdict {
 };
 const char* toString(ImageVerdict verdict);
 
+namespace detail {
+struct PoseStep;
+/// A point of the target in an image.
+struct SeenPoint {
+  PointMeasurement point;
+  bool isSeen = false;
+};
+}  // namespace detail
+
 struct VisualMotionObserverOptions {
   /// Observer gain [1/s], > 0. The error decays at this rate; a target that moves with twist V is
   /// tracked with the lag V/ke; pixel noise of one image's pose is reduced by
@@ -146,10 +155,6 @@ class VisualMotionObserver : public PointSetEstimator {
   /// image.
   double residual() const { return residual_; }
 
-  /// Covariance of the pose error that the last accepted image showed, from the pixel noise of its
-  /// points; in target axes.
-  const Matrix6d& imageCovariance() const { return C_; }
-
   /// Smallest frame rate met so far, one over the longest time between accepted images [Hz];
   /// infinite before the second. What the conditions on the frame rate must be judged by.
   double minimumFrameRate() const { return 1 / longestGap_s_; }
@@ -159,18 +164,6 @@ class VisualMotionObserver : public PointSetEstimator {
 
  private:
   enum class Phase { unset, tracking, coasting, rejected, lost };
-  struct Measured {
-    PointMeasurement point;
-    bool isSeen = false;
-  };
-  struct Step {
-    ImageVerdict verdict = ImageVerdict::accepted;
-    Vector6d error = Vector6d::Zero();       // target axes
-    Matrix6d covariance = Matrix6d::Zero();  // of the error, from pixel noise
-    double residual = 0;                     // rms image error left, normalised
-    Eigen::Isometry3d shown;                 // iterated only: the pose that the image shows
-  };
-
   /// The estimate some time after the last accepted image.
   struct Instant {
     Eigen::Isometry3d cMo;
@@ -179,14 +172,10 @@ class VisualMotionObserver : public PointSetEstimator {
   };
 
   void take(const std::vector<PointObservation>& observations);
-  void guessFromImage();
-  Step linearStep(const Eigen::Isometry3d& cMo, ImageErrorMethod method) const;
-  Step iteratedStep() const;
-  Step imageStep() const;
-  bool explains(const Step& step) const;
+  detail::PoseStep imageStep() const;
   bool takesPose() const;
   void letDrift(const UnknownPart& unknown);
-  void accept(const Step& step);
+  void accept(const detail::PoseStep& step);
   void refuse(ImageVerdict verdict);
   double heldFor() const;
   Eigen::Isometry3d moved(const Motion& motion) const;
@@ -199,7 +188,7 @@ class VisualMotionObserver : public PointSetEstimator {
   Options options_;
   DepthRange range_;
 
-  std::vector<Measured> measured_;  // in the last image
+  std::vector<detail::SeenPoint> measured_;  // in the last image
   std::size_t seen_ = 0, ignored_ = 0;
   bool isOnImage_ = false;  // nothing has moved since measured_
 

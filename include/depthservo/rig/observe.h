@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstddef>
-
 #include "depthservo/observation/Observer.h"
 #include "depthservo/rig/Rig.h"
 

@@ -35,8 +35,6 @@ class FreeCamera : public SimulatedRobot {
   DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override { return {}; }  ///< the identity
 
  private:
-  using Vector6d = Eigen::Matrix<double, 6, 1>;
-
   Eigen::Isometry3d wMc_;
   Vector6d limits_ = Vector6d::Constant(std::numeric_limits<double>::infinity());
   Vector6d velocity_ = Vector6d::Zero();

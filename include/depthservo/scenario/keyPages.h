@@ -7,7 +7,8 @@ namespace depthservo {
 /// Files whose keys are documented.
 enum class KeySet {
   scenario,
-  replay  ///< section `replay` of sequence.yaml
+  replay,  ///< section `replay` of sequence.yaml
+  errors   ///< file of --errors
 };
 
 /// One line per key: name, unit, default, range, meaning. \param prefix of the keys wanted; empty:

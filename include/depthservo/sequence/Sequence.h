@@ -22,7 +22,7 @@ namespace depthservo {
 namespace detail {
 struct ImageSize;
 struct YamlValue;
-}
+}  // namespace detail
 
 /// A point in an image, by its id.
 struct PixelPoint {
@@ -124,7 +124,6 @@ class Sequence {
   const std::vector<CameraPose>& poses() const { return poses_; }         ///< groundtruth.txt
   const std::vector<ListedImage>& depthImages() const { return depthImages_; }
   double depthScale() const { return depthScale_; }  ///< gray levels per metre of depth images
-  bool hasDepth() const { return !depthImages_.empty(); }
 
   /// No points when the sequence does not name its target. Of AprilTags the corners, if all sizes
   /// are given.
@@ -145,7 +144,6 @@ class Sequence {
   const std::optional<ClockCheck>& clocks() const { return clocks_; }
 
   bool hasImages() const { return hasImages_; }
-  bool hasTracks() const { return hasTracks_; }
 
   /// What was ignored or assumed, one sentence each.
   const std::vector<std::string>& warnings() const { return warnings_; }
@@ -185,7 +183,7 @@ class Sequence {
   std::optional<AprilTagTarget> tags_;
   std::vector<PixelPoint> dots_;
   ReplaySection replay_;
-  bool hasImages_ = false, hasTracks_ = false;
+  bool hasImages_ = false;
   int imageBits_ = 0;  // used by images of 16; 0: not known
   std::optional<ClockCheck> clocks_;
   std::vector<std::string> warnings_;

@@ -17,6 +17,10 @@
 
 namespace depthservo {
 
+namespace detail {
+class PatchPainter;
+}
+
 struct SyntheticCameraOptions {
   double background = 220;  ///< gray level 0..255; swap with `dot` for light dots on a dark plate
   double dot = 20;          ///< gray level 0..255
@@ -112,10 +116,9 @@ class SyntheticCamera {
   DotTarget target_;
   std::vector<GrayPatch> patches_;
   SyntheticCameraOptions options_;
-  struct PatchBuffers;
-  std::unique_ptr<PatchBuffers> buffers_;  // of the patch at hand
-  std::vector<Ellipse> exposed_;           // the dot at hand at instants of the exposure
-  std::vector<float> coverage_;            // of the dot at hand, row-major over its box
+  std::unique_ptr<detail::PatchPainter> painter_;  // null: no patches
+  std::vector<Ellipse> exposed_;                   // the dot at hand at instants of the exposure
+  std::vector<float> coverage_;                    // of the dot at hand, row-major over its box
   std::vector<float> light_;           // the image before noise and rounding; empty when not needed
   std::vector<float> gain_;            // vignetting by pixel; empty when off
   std::vector<float> noiseQuantiles_;  // equally likely values of the noise; empty when off

@@ -1,12 +1,13 @@
 #include "sequence/videoModule.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
+
+#include "motion/median.h"
 
 namespace depthservo::detail {
 namespace {
@@ -103,10 +104,9 @@ class OpenCvReader : public VideoReader {
       hasTimes_ = false;
     }
     if (hasTimes_) {
-      const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-      std::nth_element(periods.begin(), middle, periods.end());
+      const double period_s = detail::medianOf(periods);
       constexpr double kAlike = 0.1;  // containers round times to a millisecond
-      if (std::abs(*middle * fps_ - 1) > kAlike) fps_ = 1 / *middle;
+      if (std::abs(period_s * fps_ - 1) > kAlike) fps_ = 1 / period_s;
     }
     video_.release();
     open(video_, request);

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "depthservo/observation/ObservationOptions.h"
+#include "depthservo/text/InputError.h"
+
+namespace depthservo {
+
+/// dots | apriltag | klt | tracks | auto. \param place of the word \throw InputError another word
+TrackerKind trackerNamed(const std::string& name, const InputError::Place& place);
+
+/// twist | groundtruth | target | auto. \param place of the word \throw InputError another word
+MotionSource motionNamed(const std::string& name, const InputError::Place& place);
+
+}  // namespace depthservo
