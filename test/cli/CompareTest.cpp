@@ -107,10 +107,11 @@ TEST(Compare, tells_the_estimators_the_noise_that_the_tracker_measures) {
          sequence);
   folder.write("sequence/sequence.yaml",
                "target: {type: apriltag, family: 36h11, tags: [{id: 7, size: 0.2}]}\n");
-  const auto measured = depthservo("compare " + sequence + " --json --estimators filter").json();
+  const std::string compare =
+      "compare " + sequence + " --json --errors declared --estimators filter";
+  const auto measured = depthservo(compare).json();
   EXPECT_TRUE(measured["pixel_noise"].is_null()) << measured["pixel_noise"];
-  const auto vague =
-      depthservo("compare " + sequence + " --json --estimators filter --pixel-noise 2").json();
+  const auto vague = depthservo(compare + " --pixel-noise 2").json();
   EXPECT_EQ(vague["pixel_noise"], 2);
   EXPECT_GT(estimatorNamed(vague, "filter")["relative_sigma"].back(),
             5 * estimatorNamed(measured, "filter")["relative_sigma"].back().get<double>());
