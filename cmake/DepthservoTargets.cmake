@@ -31,6 +31,9 @@ function(depthservo_sources target)
   if(NOT target STREQUAL depthservo_core)  # the estimators alone are worth more time
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O2>)
   endif()
+  if(DEPTHSERVO_UNITY AND NOT target STREQUAL depthservo_papers)  # there local names are alike
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+  endif()
   target_include_directories(${target}
     PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
            $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>

@@ -10,7 +10,7 @@ namespace {
 constexpr double kAlong = 0.1;
 
 /// Speeds [m/s, rad/s] beyond which a motion is nonsense.
-constexpr double kBeyondSense = 1e9;
+constexpr double kLargestSpeed = 1e9;
 
 double root(double square) { return std::sqrt(std::max(0.0, square)); }
 
@@ -47,7 +47,7 @@ void Excitation::add(const Motion& motion) {
   if (!motion.isUsable()) return;
   const Twist u = motion.twist();
   const double size = u.linear.lpNorm<1>() + u.angular.lpNorm<1>();
-  if (!(size < kBeyondSense)) return;
+  if (!(size < kLargestSpeed)) return;
   const double seen = -std::expm1(-motion.dt / options_.window_s);
   linear_ += seen * (u.linear * u.linear.transpose() - linear_);
   angular_ += seen * (u.angular * u.angular.transpose() - angular_);

@@ -15,7 +15,7 @@ constexpr double kInverseFaster = 3;
 constexpr double kConsistent = 0.1;
 
 /// Variances beyond which the estimate starts anew.
-constexpr double kBeyondSense = 1e12;
+constexpr double kLargestVariance = 1e12;
 
 using detail::kSettling;
 using detail::square;
@@ -91,7 +91,7 @@ FocalLengthObserver::Prediction FocalLengthObserver::predicted() const {
   p.y = scale * (R.topLeftCorner<2, 2>() * y_ + lambda_.x() * R.topRightCorner<2, 1>());
   p.B.col(0) = scale * R.topRightCorner<2, 1>();
   p.B.col(1) = -scale * tilt * p.y;
-  p.ahead = q3 > 0 && p.y.lpNorm<1>() < kBeyondSense && p.B.lpNorm<1>() < kBeyondSense;
+  p.ahead = q3 > 0 && p.y.lpNorm<1>() < kLargestVariance && p.B.lpNorm<1>() < kLargestVariance;
   return p;
 }
 
@@ -175,7 +175,7 @@ void FocalLengthObserver::correct(const CentredPixel& measured) {
   R_.setIdentity();
   elapsed_s_ = 0;
   phase_ = Phase::measured;
-  if (!(covariance_.diagonal().sum() < kBeyondSense)) restart(measured);
+  if (!(covariance_.diagonal().sum() < kLargestVariance)) restart(measured);
 }
 
 double FocalLengthObserver::informationOnFocal() const {

@@ -12,7 +12,7 @@ std::string unknownWord(const std::string& word, const std::vector<std::string>&
   for (std::size_t i = 1; i < valid.size(); ++i) {
     list += (i + 1 < valid.size() ? ", " : " or ") + valid[i];
   }
-  return fmt::format("expected {}, got {}; the nearest is '{}'", list, quoted(word),
+  return fmt::format("expected {}, got {}; the nearest is '{}'", list, detail::quoted(word),
                      nearestWord(word, valid));
 }
 
