@@ -33,6 +33,7 @@ function(depthservo_sources target)
   endif()
   if(DEPTHSERVO_UNITY AND NOT target STREQUAL depthservo_papers)  # there local names are alike
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)  # a group includes its sources
   endif()
   target_include_directories(${target}
     PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>

@@ -18,8 +18,8 @@ double measurementVariance(double sigma);
 constexpr double kLargestVariance = 1e30;
 
 DEPTHSERVO_INLINE FilterState<double> stateOf(const FilterPoint& p) {
-  return {p.x, p.y, p.chi, p.xx, p.xy, p.xc, p.yy, p.yc, p.cc,
-          {p.noise_t, p.noise_xy, p.bias, p.levelSum, p.levelWeight}};
+  return {p.x,  p.y,  p.chi, p.xx, p.xy,
+          p.xc, p.yy, p.yc,  p.cc, {p.noise_t, p.noise_xy, p.bias, p.levelSum, p.levelWeight}};
 }
 
 DEPTHSERVO_INLINE void setState(FilterPoint& p, const FilterState<double>& s) {
@@ -37,6 +37,22 @@ DEPTHSERVO_INLINE void setState(FilterPoint& p, const FilterState<double>& s) {
   p.bias = s.bias.mean;
   p.levelSum = s.bias.levelSum;
   p.levelWeight = s.bias.levelWeight;
+}
+
+/// Of (x, y, chi).
+inline Eigen::Matrix3d covariance(const FilterPoint& p) {
+  Eigen::Matrix3d P;
+  P << p.xx, p.xy, p.xc, p.xy, p.yy, p.yc, p.xc, p.yc, p.cc;
+  return P;
+}
+
+inline void setCovariance(FilterPoint& p, const Eigen::Matrix3d& P) {
+  p.xx = P(0, 0);
+  p.xy = P(1, 0);
+  p.xc = P(2, 0);
+  p.yy = P(1, 1);
+  p.yc = P(2, 1);
+  p.cc = P(2, 2);
 }
 
 /// Variance of a direct measurement of chi, at least that of 0.1 % of it: a false certainty could

@@ -34,11 +34,6 @@ DepthEstimate InverseDepthFilter::estimate() const {
   return detail::describePoint(point_, step_, dt_, options_, range_);
 }
 
-Eigen::Matrix3d InverseDepthFilter::covariance() const {
-  const detail::FilterPoint& p = point_;
-  Eigen::Matrix3d P;
-  P << p.xx, p.xy, p.xc, p.xy, p.yy, p.yc, p.xc, p.yc, p.cc;
-  return P;
-}
+Eigen::Matrix3d InverseDepthFilter::covariance() const { return detail::covariance(point_); }
 
 }  // namespace depthservo

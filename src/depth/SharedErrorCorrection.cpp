@@ -1,0 +1,278 @@
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "depth/FilterPointSteps.h"
+#include "depthservo/depth/SharedErrorFilter.h"
+#include "motion/rateByTwist.h"
+
+/// SharedErrorFilter: what an image does to the state.
+namespace depthservo {
+namespace {
+
+using detail::covariance;
+using detail::FilterPoint;
+using detail::setCovariance;
+using detail::Verdict;
+using Phase = FilterPoint::Phase;
+
+/// The shared constants stay within this many sigma of their priors.
+constexpr double kFarthest = 6;
+
+double nisOf(const Eigen::Matrix2d& S, const Eigen::Vector2d& nu) {
+  const double det = S(0, 0) * S(1, 1) - S(0, 1) * S(1, 0);
+  const double scaled =
+      S(1, 1) * nu(0) * nu(0) - 2 * S(0, 1) * nu(0) * nu(1) + S(0, 0) * nu(1) * nu(1);
+  return det > 0 ? scaled / det : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+void SharedErrorFilter::correct(const std::vector<PointObservation>& observations) {
+  for (std::size_t i = 0; i < size_; ++i) ++slots_[i].unseen;
+  const auto each = [&](const auto& use) {
+    for (const PointObservation& observation : observations) {
+      if (Slot* slot = findOrAdd(observation.id)) use(*slot, observation.measurement);
+    }
+  };
+  each([this](Slot& slot, const PointMeasurement& measured) {
+    if (!slot.isStarted || slot.place == kNone) return;
+    slot.unseen = 0;
+    correctSeated(slot, measured);
+  });
+  symmetrise();
+  moveAlone();
+  each([this](Slot& slot, const PointMeasurement& measured) {
+    if (slot.isStarted && slot.unseen == 0) return;
+    if (!slot.isStarted && !measured.isUsable()) return;
+    slot.unseen = 0;
+    if (!slot.isStarted) return start(slot, measured, slot.prior);
+    correctAlone(slot, measured);
+  });
+  keepSound();
+  elect();
+}
+
+/// The points alone follow what has been learnt of the constants.
+void SharedErrorFilter::moveAlone() {
+  for (int i = 0; i < constants_; ++i) {
+    const double limit = kFarthest * priorOf(i);
+    values_(i) = std::clamp(values_(i), -limit, limit);
+  }
+  for (std::size_t i = 0; i < size_; ++i) {
+    Slot& slot = slots_[i];
+    if (slot.place != kNone || !slot.isStarted) continue;
+    Eigen::Vector3d by = Eigen::Vector3d::Zero();
+    for (int k = 0; k < constants_; ++k) by += (values_(k) - before_(k)) * slot.A.col(k);
+    slot.point.x += by(0);
+    slot.point.y += by(1);
+    slot.point.chi += by(2);
+  }
+  before_ = values_.head(constants_);
+}
+
+SharedErrorFilter::Seen SharedErrorFilter::seen(const Slot& slot) const {
+  const FilterPoint& p = slot.point;
+  const Eigen::Matrix<double, 2, 6> L = rateByTwist({p.x, p.y, p.chi}).topRows<2>();
+  const Eigen::Vector2d xy(p.x, p.y), rate = L * twist_.vector();
+  Seen seen;
+  seen.byShared.setZero(2, shared_);
+  seen.point = kappa() * xy;
+  if (focal_ != kNone) seen.byShared.col(focal_) = xy;
+  if (jitter_ != kNone) {
+    seen.byShared.col(jitter_) = -rate;
+    seen.point -= rate * values_(jitter_);
+  }
+  const ErrorProfile& e = options_.errors;
+  const GaussMarkov pose{1, e.poseTau_s};
+  const double white = dt_ > 0 ? pose.asWhite(dt_) : 1;
+  seen.byPose =
+      white * (e.position_m * e.position_m * L.leftCols<3>() * L.leftCols<3>().transpose() +
+               e.angle_rad * e.angle_rad * L.rightCols<3>() * L.rightCols<3>().transpose());
+  seen.point += rate * (e.readout_s * options_.imageRow(p.y));
+  return seen;
+}
+
+void SharedErrorFilter::start(Slot& slot, const PointMeasurement& measurement,
+                              const DepthPrior& prior) {
+  unseat(slot);
+  const double scale = 1 / kappa();
+  FilterPoint& p = slot.point;
+  detail::resetPoint(p, {scale * measurement.x, scale * measurement.y, scale * measurement.sigma},
+                     prior.sanitised(range_));
+  slot.isStarted = true;
+  slot.A.setZero();
+  if (focal_ != kNone) slot.A.col(focal_) = Eigen::Vector3d(-scale * p.x, -scale * p.y, 0);
+  const Eigen::Matrix2d more = othersAsNoise(seen(slot), 1);
+  p.xx += more(0, 0);
+  p.xy += more(1, 0);
+  p.yy += more(1, 1);
+}
+
+/// Covariance of a measurement by what a point alone has no state for.
+/// \param wander how many times its variance counts
+Eigen::Matrix2d SharedErrorFilter::othersAsNoise(const Seen& seen, double wander) const {
+  const double sigma = options_.errors.wander_px.sigma / options_.focal_px;
+  Eigen::Matrix2d noise = seen.byPose + wander * sigma * sigma * Eigen::Matrix2d::Identity();
+  for (int i = constants_; i < shared_; ++i) {
+    for (int j = constants_; j < shared_; ++j) {
+      noise += P_(i, j) * seen.byShared.col(i) * seen.byShared.col(j).transpose();
+    }
+  }
+  return noise;
+}
+
+void SharedErrorFilter::correctSeated(Slot& slot, const PointMeasurement& measurement) {
+  FilterPoint& point = slot.point;
+  if (!measurement.isUsable()) {
+    point.phase = Phase::rejected;
+    return;
+  }
+  const int n = rows(), p = row(slot.place);
+  const Seen s = seen(slot);
+  // U = P H', the covariance of the state and the measurement.
+  const double k = kappa();
+  for (int i = 0; i < 2; ++i) {
+    auto u = U_.col(i).head(n);
+    u = k * P_.col(p + i).head(n);
+    if (perPoint_ > 3) u += P_.col(p + 3 + i).head(n);
+    for (int j = 0; j < shared_; ++j) {
+      if (s.byShared(i, j) != 0) u += s.byShared(i, j) * P_.col(j).head(n);
+    }
+  }
+  Eigen::Matrix2d HPH = k * U_.block<2, 2>(p, 0) + s.byShared.lazyProduct(U_.topRows(shared_));
+  Eigen::Vector2d expected = s.point;
+  if (perPoint_ > 3) {
+    HPH += U_.block<2, 2>(p + 3, 0);
+    expected += slot.wander;
+  }
+  HPH += s.byPose;
+  const double r = detail::measurementVariance(measurement.sigma);
+  const Eigen::Vector2d nu = Eigen::Vector2d(measurement.x, measurement.y) - expected;
+  const double nis = nisOf(HPH + r * Eigen::Matrix2d::Identity(), nu);
+  switch (detail::judge(point, nis, pointOptions_)) {
+    case Verdict::restart:
+      start(slot, measurement, {1 / range_.clampChi(point.chi)});
+      return;
+    case Verdict::reject:
+      point.phase = Phase::rejected;
+      return;
+    case Verdict::use:
+      break;
+  }
+  constexpr double kMemory = 1 - 1. / 200;  // values
+  nisSum_ = kMemory * nisSum_ + std::min(nis, options_.gate);
+  nisWeight_ = kMemory * nisWeight_ + 1;
+  const Eigen::Matrix2d S =
+      HPH + detail::weighted(r, nis, pointOptions_) * Eigen::Matrix2d::Identity();
+  K_.topRows(n) = U_.topRows(n).lazyProduct(S.inverse());
+  if (scale_ != kNone) K_.row(scale_).setZero();  // considered: no image can tell it
+  apply(nu, n);
+  for (int i = 0; i < n; ++i) {
+    const double least = detail::kLeastShare * P_(i, i);
+    P_.col(i).head(n) -= U_(i, 0) * K_.col(0).head(n) + U_(i, 1) * K_.col(1).head(n);
+    P_(i, i) = std::max(P_(i, i), least);
+  }
+  if (scale_ != kNone) P_.row(scale_).head(n) = P_.col(scale_).head(n).transpose();
+  point.r = r;
+  point.phase = Phase::measured;
+}
+
+/// Adds K nu to the state.
+void SharedErrorFilter::apply(const Eigen::Vector2d& nu, int n) {
+  const auto by = [&](int index) { return K_(index, 0) * nu(0) + K_(index, 1) * nu(1); };
+  for (int i = 0; i < shared_; ++i) values_(i) += by(i);
+  for (int place = 0; row(place) < n; ++place) {
+    Slot* slot = slotAt(place);
+    if (!slot) continue;
+    const int p = row(place);
+    slot->point.x += by(p);
+    slot->point.y += by(p + 1);
+    slot->point.chi += by(p + 2);
+    for (int i = 3; i < perPoint_; ++i) slot->wander(i - 3) += by(p + i);
+  }
+}
+
+void SharedErrorFilter::symmetrise() {
+  const int n = rows();
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < i; ++j) P_(i, j) = P_(j, i) = 0.5 * (P_(i, j) + P_(j, i));
+  }
+}
+
+void SharedErrorFilter::correctAlone(Slot& slot, const PointMeasurement& measurement) {
+  FilterPoint& p = slot.point;
+  if (!measurement.isUsable()) {
+    if (p.phase != Phase::behind && p.phase != Phase::adrift) p.phase = Phase::rejected;
+    return;
+  }
+  if (p.phase == Phase::adrift) {
+    const double scale = 1 / kappa();
+    detail::rejoinPoint(p,
+                        {scale * measurement.x, scale * measurement.y, scale * measurement.sigma});
+    return;
+  }
+  const Seen s = seen(slot);
+  const double k = kappa(), r = detail::measurementVariance(measurement.sigma);
+  const Eigen::Matrix2d noise = othersAsNoise(s, options_.errors.wander_px.asWhite(dt_));
+  const Eigen::Matrix3d P = covariance(p);
+  const Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostConstants> G =
+      k * slot.A.topRows<2>() + s.byShared.leftCols(constants_);
+  const Eigen::Matrix2d own = k * k * P.topLeftCorner<2, 2>() + noise, byConstants = ofConstants(G);
+  const Eigen::Vector2d nu = Eigen::Vector2d(measurement.x, measurement.y) - s.point;
+  const double nis = nisOf(own + byConstants + r * Eigen::Matrix2d::Identity(), nu);
+  switch (detail::judge(p, nis, pointOptions_)) {
+    case Verdict::restart:
+      start(slot, measurement, {1 / range_.clampChi(p.chi)});
+      return;
+    case Verdict::reject:
+      p.phase = Phase::rejected;
+      return;
+    case Verdict::use:
+      break;
+  }
+  const Eigen::Matrix2d S =
+      own + detail::weighted(r, nis, pointOptions_) * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix<double, 3, 2> U = k * P.leftCols<2>(), K = U * S.inverse();
+  const Eigen::Vector3d by = K * nu;
+  p.x += by(0);
+  p.y += by(1);
+  p.chi += by(2);
+  Eigen::Matrix3d left = P - K * U.transpose();
+  left.diagonal() = left.diagonal().cwiseMax(detail::kLeastShare * P.diagonal());
+  setCovariance(p, left);
+  slot.A -= K * G;
+  p.r = r;
+  p.phase = Phase::measured;
+}
+
+void SharedErrorFilter::correctDepth(int id, const DepthPrior& measured) {
+  const Slot* known = find(id);
+  if (!known || !known->isStarted || !measured.isUsable()) return;
+  Slot& slot = slots_[static_cast<std::size_t>(known - slots_.data())];
+  FilterPoint& point = slot.point;
+  const double chi = range_.clampChi(1 / measured.Z);
+  const double variance = detail::depthVariance(chi, measured.sigma_chi);
+  if (slot.place == kNone) {
+    const double sum = point.cc + variance;
+    const Eigen::Vector3d K = covariance(point).col(2) / sum;
+    detail::correctPointDepth(point, measured, range_);
+    slot.A -= K * slot.A.row(2);
+    return;
+  }
+  // It may tell the scale, too.
+  const int n = rows(), c = row(slot.place) + 2;
+  const double sum = P_(c, c) + variance, nu = chi - point.chi;
+  U_.col(0).head(n) = P_.col(c).head(n);
+  K_.col(0).head(n) = U_.col(0).head(n) / sum;
+  K_.col(1).head(n).setZero();
+  apply({nu, 0}, n);
+  for (int i = 0; i < n; ++i) {
+    const double least = detail::kLeastShare * P_(i, i);
+    P_.col(i).head(n) -= U_(i, 0) * K_.col(0).head(n);
+    P_(i, i) = std::max(P_(i, i), least);
+  }
+  moveAlone();
+}
+
+}  // namespace depthservo

@@ -1,0 +1,255 @@
+#include <algorithm>
+#include <cmath>
+
+#include "depth/FilterPointSteps.h"
+#include "depthservo/depth/SharedErrorFilter.h"
+#include "motion/rateByTwist.h"
+
+/// SharedErrorFilter: what the odometry does to the state.
+namespace depthservo {
+namespace {
+
+using detail::covariance;
+using detail::FilterPoint;
+using detail::setCovariance;
+using Phase = FilterPoint::Phase;
+
+/// The twist's change is taken from means over this time at least [s]. Shorter ones hold noise of
+/// the rows that also errs in the motion itself and would pass for a latency (errors in variables).
+constexpr double kStretch_s = 0.25;
+
+/// Latency and mount drift by this share of their prior in the root of a second: a lever between
+/// the wheels and the camera, on which slip and scale act otherwise than on the wheels, is not
+/// modelled.
+constexpr double kDrift = 0.01;
+
+/// States beyond this are not numbers to work with.
+constexpr double kLargestState = 1e6;
+
+/// The rotation by this vector.
+Eigen::Matrix3d rotation(const Eigen::Vector3d& angle) {
+  return Motion::fromTwist({Eigen::Vector3d::Zero(), -angle}, 1).R;
+}
+
+}  // namespace
+
+/// A motion as the shared errors correct it.
+struct SharedErrorFilter::Step {
+  Motion motion;
+  Twist twist;                                          // mean, corrected
+  Vector6d acceleration = Vector6d::Zero();             // of the twist
+  Eigen::Matrix3d mount = Eigen::Matrix3d::Identity();  // R(m)'
+  double missing_s = 0;  // share of t_d for which there is no odometry
+};
+
+Coverage SharedErrorFilter::advance(const MotionBuffer& odometry, double time_s) {
+  if (std::isnan(time_s_)) {  // the first image: nothing to move yet
+    if (!std::isfinite(time_s)) return Coverage::reversed;
+    time_s_ = time_s;
+    return Coverage::complete;
+  }
+  const Coverage coverage = odometry.coverage(time_s_, time_s);
+  if (coverage == Coverage::afterEnd || coverage == Coverage::reversed) return coverage;
+  if (hasMotion(coverage)) {
+    predict(stepTo(odometry, time_s));
+  } else {  // empty, beforeStart: how the camera moved will never be known
+    for (std::size_t i = 0; i < size_; ++i) {
+      Slot& slot = slots_[i];
+      unseat(slot);
+      if (slot.isStarted) slot.prior = {1 / range_.clampChi(slot.point.chi)};
+      slot.isStarted = false;
+    }
+  }
+  time_s_ = time_s;
+  return coverage;
+}
+
+SharedErrorFilter::Step SharedErrorFilter::stepTo(const MotionBuffer& odometry,
+                                                  double time_s) const {
+  Step step;
+  const double wanted = value(latency_);
+  // What is not known yet must wait, but for what never will be.
+  const bool isComplete = odometry.coverage(time_s_, time_s) == Coverage::complete;
+  double offset = isComplete ? std::max(wanted, time_s - odometry.end()) : wanted;
+  auto interval = odometry.motion(time_s_ - offset, time_s - offset);
+  if (!hasMotion(interval.coverage)) {
+    offset = 0;
+    interval = odometry.motion(time_s_, time_s);
+  }
+  step.motion = interval.motion;
+  step.missing_s = wanted - offset;
+  Motion& motion = step.motion;
+  if (!(motion.dt > 0)) return step;
+  if (latency_ != kNone) {
+    const double stretch = std::max(kStretch_s, motion.dt), end_s = time_s - offset;
+    const auto late = odometry.meanTwist(end_s - stretch, end_s);
+    const auto early = odometry.meanTwist(end_s - 2 * stretch, end_s - stretch);
+    if (early.coverage == Coverage::complete && late.coverage == Coverage::complete) {
+      step.acceleration = (late.twist.vector() - early.twist.vector()) / stretch;
+    }
+  }
+  if (bias_ != kNone) {  // half of it before, half after: exact to second order
+    const Eigen::Matrix3d half = rotation(0.5 * motion.dt * values_.segment<3>(bias_));
+    motion.R = half * motion.R * half;
+    motion.t = half * motion.t;
+  }
+  motion.t *= 1 + value(slip_);
+  if (mount_ != kNone) {
+    const Eigen::Matrix3d mount = rotation(-values_.segment<3>(mount_));
+    step.mount = mount;
+    motion.R = mount * motion.R * mount.transpose();
+    motion.t = mount * motion.t;
+  }
+  step.twist = motion.twist();
+  return step;
+}
+
+/// d(x, y, chi) after the step by the shared states before it.
+SharedErrorFilter::ByShared SharedErrorFilter::bySharedErrors(const Step& step,
+                                                              const FilterPoint& before,
+                                                              const PointState& after,
+                                                              const Eigen::Matrix3d& F) const {
+  ByShared C = ByShared::Zero(3, shared_);
+  const Eigen::Matrix<double, 3, 6> L = rateByTwist(after);
+  const double dt = step.motion.dt;
+  if (latency_ != kNone) C.col(latency_) = -dt * (L * step.acceleration);
+  if (bias_ != kNone) C.middleCols<3>(bias_) = -dt * L.rightCols<3>() * step.mount;
+  if (mount_ != kNone) {  // du/dm_i = (v x e_i, w x e_i)
+    const auto cross = [](const Eigen::Vector3d& a) {
+      Eigen::Matrix3d m;
+      m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+      return m;
+    };
+    C.middleCols<3>(mount_) = dt * (L.leftCols<3>() * cross(step.twist.linear) +
+                                    L.rightCols<3>() * cross(step.twist.angular));
+  }
+  const Eigen::Vector3d byScale = before.chi * F.col(2) - Eigen::Vector3d(0, 0, after.chi);
+  if (scale_ != kNone) C.col(scale_) = byScale;
+  if (slip_ != kNone) C.col(slip_) = byScale / (1 + values_(slip_));
+  return C;
+}
+
+void SharedErrorFilter::predict(const Step& step) {
+  const Motion& motion = step.motion;
+  if (!motion.isFinite() || !(motion.dt > 0) || !step.acceleration.allFinite()) return;
+  const ErrorProfile& e = options_.errors;
+  noise_ = e.odometry.over(motion);
+  dt_ = motion.dt;
+  twist_ = step.twist;
+  if (motion.unknown.exists()) {  // each point on its own then
+    for (std::size_t i = 0; i < size_; ++i) unseat(slots_[i]);
+  }
+  // What points alone have no state for counts as noise.
+  const double slipped = slip_ == kNone ? 0 : std::sqrt(P_(slip_, slip_)) * motion.t.norm();
+  const double variance_alone = noise_.variance_t + slipped * slipped * e.slip.asWhite(dt_);
+  for (std::size_t i = 0; i < size_; ++i) {
+    Slot& slot = slots_[i];
+    FilterPoint& p = slot.point;
+    if (!slot.isStarted || p.phase == Phase::behind) continue;
+    const PointState before{p.x, p.y, p.chi};
+    const auto [after, isAhead] = flow(motion, before);
+    const double size = std::abs(after.x) + std::abs(after.y) + std::abs(after.chi);
+    if (!isAhead || !(size < kLargestState)) {
+      unseat(slot);
+      p.phase = Phase::behind;
+      continue;
+    }
+    Eigen::Matrix3d F = flowJacobian(motion, before, after);
+    const ByShared C = bySharedErrors(step, p, after, F);
+    p.parallax2 = F(0, 2) * F(0, 2) + F(1, 2) * F(1, 2);
+    F.block<2, 1>(0, 2) *= noise_.rho;
+    p.x = after.x;
+    p.y = after.y;
+    p.chi = after.chi;
+    if (latency_ != kNone) {
+      p.x += C(0, latency_) * step.missing_s;
+      p.y += C(1, latency_) * step.missing_s;
+      p.chi += C(2, latency_) * step.missing_s;
+    }
+    if (slot.place != kNone) {
+      const Eigen::Matrix<double, 3, 6> L = rateByTwist(after);
+      F_[slot.place] = F;
+      C_[slot.place] = C;
+      G_[slot.place] << std::sqrt(noise_.variance_t) * L.leftCols<3>(),
+          std::sqrt(noise_.variance_theta) * L.rightCols<3>();
+      p.phase = Phase::coasting;
+      continue;
+    }
+    const Eigen::Matrix<double, 3, 6> L = rateByTwist(after);
+    const Eigen::Matrix3d P =
+        F * covariance(p) * F.transpose() +
+        variance_alone * L.leftCols<3>() * L.leftCols<3>().transpose() +
+        noise_.variance_theta * L.rightCols<3>() * L.rightCols<3>().transpose();
+    setCovariance(p, P);
+    slot.A = F * slot.A + C.leftCols(constants_);
+    if (p.phase != Phase::adrift) p.phase = Phase::coasting;
+    if (motion.unknown.exists()) letDrift(slot, motion.unknown);
+  }
+  propagate();
+  keepSound();
+}
+
+/// P <- Phi P Phi' + Q, as twice P <- (P Phi')', then what the processes forget and add.
+void SharedErrorFilter::propagate() {
+  const int n = rows();
+  for (int pass = 0; pass < 2; ++pass) {
+    for (int place = 0; place < places_; ++place) {
+      if (seated_[place] == kNone) continue;
+      const int p = row(place);
+      const Eigen::Matrix3d& F = F_[place];
+      const ByShared& C = C_[place];
+      for (int i = 0; i < 3; ++i) {
+        auto to = W_.col(i).head(n);
+        to = F(i, 0) * P_.col(p).head(n) + F(i, 1) * P_.col(p + 1).head(n) +
+             F(i, 2) * P_.col(p + 2).head(n);
+        for (int k = 0; k < shared_; ++k) {
+          if (C(i, k) != 0) to += C(i, k) * P_.col(k).head(n);
+        }
+      }
+      P_.block(0, p, n, 3) = W_.topRows(n);
+    }
+    P_.topLeftCorner(n, n).transposeInPlace();
+  }
+  for (int i = 0; i < places_; ++i) {
+    for (int j = 0; j < places_; ++j) {
+      if (seated_[i] != kNone && seated_[j] != kNone) {
+        P_.block<3, 3>(row(i), row(j)) += G_[i] * G_[j].transpose();
+      }
+    }
+  }
+  const ErrorProfile& e = options_.errors;
+  for (int i = 0; i < constants_; ++i) {
+    const double sigma = kDrift * priorOf(i);
+    if (i == latency_ || isMount(i)) P_(i, i) += sigma * sigma * dt_;
+  }
+  if (slip_ != kNone) renew(slip_, e.slip.kept(dt_), e.slip.sigma);
+  if (jitter_ != kNone) renew(jitter_, 0, e.jitter_s);
+  for (int place = 0; place < places_; ++place) {
+    Slot* slot = slotAt(place);
+    if (!slot) continue;
+    const int p = row(place);
+    for (int i = 3; i < perPoint_; ++i) {
+      renew(p + i, e.wander_px.kept(dt_), e.wander_px.sigma / options_.focal_px);
+      slot->wander(i - 3) *= e.wander_px.kept(dt_);
+    }
+  }
+}
+
+/// A Gauss-Markov state goes on: keeps this much of itself, and its variance is refilled.
+void SharedErrorFilter::renew(int index, double kept, double sigma) {
+  const int n = rows();
+  P_.row(index).head(n) *= kept;
+  P_.col(index).head(n) *= kept;
+  P_(index, index) += sigma * sigma * (1 - kept * kept);
+  if (index < shared_) values_(index) *= kept;
+}
+
+/// What a part of the motion that is not known does to a point alone.
+void SharedErrorFilter::letDrift(Slot& slot, const UnknownPart& unknown) {
+  FilterPoint total = described(slot, kNone);
+  detail::letDrift(total, unknown);
+  slot.point = total;
+  slot.A.setZero();
+}
+
+}  // namespace depthservo
