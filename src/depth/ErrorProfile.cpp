@@ -35,6 +35,7 @@ ErrorProfile ErrorProfile::arm() {
 
 ErrorProfile ErrorProfile::poses() {
   ErrorProfile p;
+  p.odometry = OdometryNoise::white(0.002, 0.001);  // what lasts from pose to pose
   p.focal = 0.005;
   p.wander_px = {0.3, 0.7};
   p.position_m = 0.005;

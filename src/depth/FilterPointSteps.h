@@ -17,6 +17,9 @@ double measurementVariance(double sigma);
 /// Covariances (and squares of states) beyond this are not numbers to work with.
 constexpr double kLargestVariance = 1e30;
 
+/// States beyond this are not numbers to work with.
+constexpr double kLargestState = 1e6;
+
 DEPTHSERVO_INLINE FilterState<double> stateOf(const FilterPoint& p) {
   return {p.x,  p.y,  p.chi, p.xx, p.xy,
           p.xc, p.yy, p.yc,  p.cc, {p.noise_t, p.noise_xy, p.bias, p.levelSum, p.levelWeight}};

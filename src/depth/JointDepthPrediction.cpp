@@ -18,9 +18,6 @@ constexpr double kStretch[] = {1, 2, 5};
 /// noise alone would give. Single changes count up to a limit, so as to be forgotten in time.
 constexpr double kChangeMemory_s = 0.5, kChanges = 3, kLargestChange = 1000;
 
-/// States beyond this are not numbers to work with.
-constexpr double kLargestState = 1e6;
-
 /// Lengths of rows in loops: whole vectors.
 int padded(int n) { return (n + 3) / 4 * 4; }
 
@@ -129,8 +126,9 @@ void JointDepthFilter::predict(const ShiftedMotion& shifted) {
   }
   const detail::FilterStep step(motion, step_);
   const Motion seen = asMeasured(motion, kappa());
-  const bool isSane = step_.variance_t + step_.variance_theta < kLargestState &&
-                      shifted.acceleration.squaredNorm() < kLargestState * kLargestState;
+  const bool isSane =
+      step_.variance_t + step_.variance_theta < detail::kLargestState &&
+      shifted.acceleration.squaredNorm() < detail::kLargestState * detail::kLargestState;
   std::array<PointStep, kJointPoints> steps;
   for (std::size_t i = 0; i < size_; ++i) {
     Slot& slot = slots_[i];
@@ -140,7 +138,7 @@ void JointDepthFilter::predict(const ShiftedMotion& shifted) {
     }
     const auto [after, isAhead] = flow(seen, {slot.point.x, slot.point.y, slot.point.chi});
     if (!isSane || !isAhead ||
-        !(std::abs(after.x) + std::abs(after.y) + std::abs(after.chi) < kLargestState)) {
+        !(std::abs(after.x) + std::abs(after.y) + std::abs(after.chi) < detail::kLargestState)) {
       leave(slot);
       slot.point.phase = Phase::behind;
       continue;

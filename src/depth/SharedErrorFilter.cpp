@@ -15,10 +15,7 @@ using detail::setCovariance;
 using Phase = FilterPoint::Phase;
 
 /// Images without a point at a place before another may take it.
-constexpr int kPatience = 3;
-
-/// States beyond this are not numbers to work with.
-constexpr double kLargestState = 1e6;
+constexpr int kLongestAbsence = 3;
 
 }  // namespace
 
@@ -157,7 +154,7 @@ void SharedErrorFilter::keepSound() {
     Slot& slot = slots_[i];
     if (!slot.isStarted) continue;
     FilterPoint& p = slot.point;
-    const bool isState = std::abs(p.x) + std::abs(p.y) + std::abs(p.chi) < kLargestState;
+    const bool isState = std::abs(p.x) + std::abs(p.y) + std::abs(p.chi) < detail::kLargestState;
     const bool isKept = isShared || slot.place == kNone;
     if (isKept && isState && isSound(covariance(described(slot, slot.place)).diagonal().eval())) {
       continue;
@@ -247,7 +244,7 @@ void SharedErrorFilter::elect() {
   for (std::size_t place = 0; place < seated_.size(); ++place) {
     const auto at = static_cast<int>(place);
     Slot* holder = slotAt(at);
-    if (holder && holder->unseen <= kPatience) continue;
+    if (holder && holder->unseen <= kLongestAbsence) continue;
     Slot* best = nullptr;
     double bestSpread = -1;
     for (std::size_t i = 0; i < size_; ++i) {

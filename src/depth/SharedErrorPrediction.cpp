@@ -23,9 +23,6 @@ constexpr double kStretch_s = 0.25;
 /// modelled.
 constexpr double kDrift = 0.01;
 
-/// States beyond this are not numbers to work with.
-constexpr double kLargestState = 1e6;
-
 /// The rotation by this vector.
 Eigen::Matrix3d rotation(const Eigen::Vector3d& angle) {
   return Motion::fromTwist({Eigen::Vector3d::Zero(), -angle}, 1).R;
@@ -149,7 +146,7 @@ void SharedErrorFilter::predict(const Step& step) {
     const PointState before{p.x, p.y, p.chi};
     const auto [after, isAhead] = flow(motion, before);
     const double size = std::abs(after.x) + std::abs(after.y) + std::abs(after.chi);
-    if (!isAhead || !(size < kLargestState)) {
+    if (!isAhead || !(size < detail::kLargestState)) {
       unseat(slot);
       p.phase = Phase::behind;
       continue;
