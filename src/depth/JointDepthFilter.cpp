@@ -191,14 +191,13 @@ void JointDepthFilter::correctJoint(Slot& slot, const PointMeasurement& measurem
   const InverseDepthFilterOptions& o = options_.filter;
   const int p = row(slot.place), n = rows(), width = padded(n);
   const double r = detail::measurementVariance(measurement.sigma);
-  const double x = point.x, y = point.y;
   const Row ux = P_[p], uy = P_[p + 1];
   const double Sxx = ux[p], Sxy = ux[p + 1], Syy = uy[p + 1];
-  const double nu_x = measurement.x - x, nu_y = measurement.y - y;
+  const double nu_x = measurement.x - point.x, nu_y = measurement.y - point.y;
 
   // Change of the innovation by the considered parameters.
   const double bySx = -scale_[p], bySy = -scale_[p + 1];
-  const double byFx = x - focalSensitivity_[p], byFy = y - focalSensitivity_[p + 1];
+  const double byFx = point.x - focalSensitivity_[p], byFy = point.y - focalSensitivity_[p + 1];
   const double s2 = o.odometryScaleSigma * o.odometryScaleSigma;
   const double f2 = isConsideringFocal() ? o.focalSigma * o.focalSigma : 0;
   double a = Sxx + r + s2 * bySx * bySx + f2 * byFx * byFx;

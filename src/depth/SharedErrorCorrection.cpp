@@ -89,7 +89,7 @@ SharedErrorFilter::Seen SharedErrorFilter::seen(const Slot& slot) const {
   seen.byPose =
       white * (e.position_m * e.position_m * L.leftCols<3>() * L.leftCols<3>().transpose() +
                e.angle_rad * e.angle_rad * L.rightCols<3>() * L.rightCols<3>().transpose());
-  seen.point += rate * (e.readout_s * options_.imageRow(p.y));
+  seen.point += rate * (e.readout_s * (options_.rowScale * p.y + options_.rowOffset));
   return seen;
 }
 

@@ -120,7 +120,7 @@ EstimatorSetup setupOf(const ObservedSource& source, const ObservationOptions& o
   setup.sigma = options.pixelNoise_px / source.camera.focal_px();
   setup.focalSigma = options.focalSigma;
   setup.errors = errorsOf(options);
-  setup.focal_px = source.camera.focal_px();
+  setup.camera = source.camera;
   return setup;
 }
 

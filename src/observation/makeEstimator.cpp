@@ -55,7 +55,9 @@ std::optional<SharedErrorFilterOptions> sharedErrorsOf(const EstimatorSetup& set
   if (!setup.errors) return std::nullopt;
   SharedErrorFilterOptions options;
   options.errors = *setup.errors;
-  options.focal_px = setup.focal_px;
+  options.focal_px = setup.camera.focal_px();
+  options.rowScale = setup.camera.fy / setup.camera.height;
+  options.rowOffset = setup.camera.cy / setup.camera.height;
   return options;
 }
 

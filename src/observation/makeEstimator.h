@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/depth/PointSetEstimator.h"
 #include "depthservo/depth/SharedErrorFilter.h"
 #include "depthservo/motion/OdometryNoise.h"
@@ -23,8 +24,8 @@ struct EstimatorSetup {
   double sigma = 1e-3;            ///< noise of a point, 1 sigma per axis, normalised; likewise
   double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
   std::optional<ErrorProfile> errors =
-      {};                 ///< of the robot; none: white noise and the sigmas above
-  double focal_px = 600;  ///< of the camera
+      {};  ///< of the robot; none: white noise and the sigmas above
+  PinholeCamera camera = {};
 };
 
 /// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at

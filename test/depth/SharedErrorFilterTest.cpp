@@ -111,6 +111,24 @@ TEST(RobotErrors, ofManyPointsAreLearntFromAFew) {
   EXPECT_LE(honesty.scaled, 0.02);
 }
 
+TEST(SharedErrorFilter, knowsARollingShutter) {
+  RobotErrors errors;
+  errors.readout_s = 0.03;
+  const Robot robot(3, errors);
+  SharedErrorFilterOptions options;
+  options.errors = ErrorProfile{};
+  options.errors.odometry = OdometryNoise::white(1e-4, 1e-4);
+  const auto error = [&] {
+    SharedErrorFilter filter(kPoints, options, DepthPrior{3});
+    return robot.judge(filter).error;
+  };
+  const double unknown = error();
+  options.errors.readout_s = errors.readout_s;
+  options.rowScale = 1.25;
+  options.rowOffset = 0.5;
+  EXPECT_LT(error(), 0.3 * unknown);
+}
+
 TEST(SharedErrorFilter, learnsTheScaleFromADepthThatIsMeasured) {
   Random random(1);
   RobotErrors errors;

@@ -19,6 +19,7 @@ struct RobotErrors {
   double S = 0, slipSigma = 0, slipTau_s = 0.5;
   Eigen::Vector3d bias = Eigen::Vector3d::Zero(), mount = Eigen::Vector3d::Zero();
   double gyroNoise = 0, tick_m = 0, latency_s = 0, jitter_s = 0, kappa = 1;
+  double readout_s = 0;  // of a rolling shutter, from the top of the image to its bottom
   double pixelNoise_px = 0.2, wander_px = 0, wanderTau_s = 0.7;
 
   /// The sizes that a usual robot has. \param size scales every one of them
@@ -58,6 +59,9 @@ struct RobotErrors {
 };
 
 inline constexpr double kRobotFocal_px = 600, kPi = 3.14159265358979323846;
+
+/// Row of a point over the height of the image.
+inline double imageRow(double y) { return 1.25 * y + 0.5; }
 
 /// How the base drives: speed [m/s] and turn rate [rad/s] at a time.
 struct Drive {
@@ -114,12 +118,20 @@ inline RobotRun drive(const Drive& course, const RobotErrors& errors, double asi
       seen.stamp_s = image * kImage_s + errors.latency_s +
                      (errors.jitter_s > 0 ? random.normal(errors.jitter_s) : 0);
       const double rho = std::exp(-kImage_s / errors.wanderTau_s);
-      const Eigen::Matrix3d wRb =
-          Eigen::AngleAxisd(theta, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-      const Eigen::Vector3d camera = Eigen::Vector3d(x, y, 0) + wRb * offset;
+      // The point in the camera, this time later.
+      const auto inCamera = [&](const Eigen::Vector3d& point, double later_s) -> Eigen::Vector3d {
+        const double ahead = later_s * course.speed(t), heading = theta + later_s * course.turn(t);
+        const Eigen::Matrix3d wRb =
+            Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+        const Eigen::Vector3d base(x + ahead * std::cos(theta), y + ahead * std::sin(theta), 0);
+        return (wRb * bRtrue).transpose() * (point - base - wRb * offset);
+      };
       for (std::size_t p = 0; p < points.size(); ++p) {
-        const Eigen::Vector3d c = (wRb * bRtrue).transpose() * (points[p] - camera);
+        Eigen::Vector3d c = inCamera(points[p], 0);
         seen.Z.push_back(c.z());
+        if (errors.readout_s > 0) {
+          c = inCamera(points[p], errors.readout_s * imageRow(c.y() / c.z()));
+        }
         for (int a = 0; a < 2; ++a) {
           wander[p](a) = rho * wander[p](a) +
                          random.normal(errors.wander_px * std::sqrt(1 - rho * rho) + 1e-300);

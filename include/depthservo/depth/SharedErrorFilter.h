@@ -13,9 +13,8 @@ namespace depthservo {
 struct SharedErrorFilterOptions {
   ErrorProfile errors = ErrorProfile::typical();
   double focal_px = 600;  ///< turns the profile's pixels into normalised coordinates [px]
-  /// Place of a row in the image: (row / height) = imageRow(y), for rolling shutters.
+  /// Of a rolling shutter: a point's row over the image's height is rowScale y + rowOffset.
   double rowScale = 0, rowOffset = 0;
-  double imageRow(double y) const { return rowScale * y + rowOffset; }
   std::size_t places = 8;  ///< points that learn the shared errors together; the others use them
   double gate = 13.8;      ///< as of InverseDepthFilterOptions, likewise the following
   int rejectionsInARow = 5;
