@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <functional>
 #include <vector>
 
@@ -27,7 +28,7 @@ SimulatedRigOptions options(double duration, unsigned seed = 1) {
 }
 
 struct Recording {
-  std::vector<Exposure> exposures;
+  std::deque<Exposure> exposures;  // never moved
   std::vector<OdometryRow> rows;
 
   /// The true twist during row k, from the true poses at its ends; they tell nothing of odometry.

@@ -14,7 +14,7 @@ class Random {
   double uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(engine_);
   }
-  double normal(double sigma) { return std::normal_distribution<double>(0, sigma)(engine_); }
+  double normal(double sigma) { return sigma * std::normal_distribution<double>()(engine_); }
   int integer(int low, int high) { return std::uniform_int_distribution<int>(low, high)(engine_); }
 
   Eigen::Vector3d vector(double size) {
