@@ -65,7 +65,7 @@ double consideredNis(const FilterPoint& p, const FilterInnovation<double>& nu, d
   const double a = p.xx + r + s2 * sx * sx + f2 * fx * fx;
   const double b = p.xy + s2 * sx * sy + f2 * fx * fy;
   const double c = p.yy + r + s2 * sy * sy + f2 * fy * fy;
-  return (c * nu.x * nu.x - 2 * b * nu.x * nu.y + a * nu.y * nu.y) / (a * c - b * b);
+  return nisOf(a, b, c, nu.x, nu.y);
 }
 
 /// What is not known of the bias by measured odometry noise: a share of it, as the level of the noise

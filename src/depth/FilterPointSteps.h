@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "depth/FilterKernel.h"
 #include "depthservo/depth/InverseDepthFilter.h"
 
@@ -61,6 +63,13 @@ inline void setCovariance(FilterPoint& p, const Eigen::Matrix3d& P) {
 /// Variance of a direct measurement of chi, at least that of 0.1 % of it: a false certainty could
 /// not be corrected by any number of images.
 double depthVariance(double chi, double sigma_chi);
+
+/// Normalised innovation squared; infinite when [a b; b c], the innovation's covariance, is none.
+inline double nisOf(double a, double b, double c, double nu_x, double nu_y) {
+  const double det = a * c - b * b;
+  return det > 0 ? (c * nu_x * nu_x - 2 * b * nu_x * nu_y + a * nu_y * nu_y) / det
+                 : std::numeric_limits<double>::infinity();
+}
 
 /// What to do with a measurement.
 enum class Verdict { use, reject, restart };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "depth/FilterPointSteps.h"
+#include "depth/findById.h"
 
 namespace depthservo {
 namespace {
@@ -72,13 +73,11 @@ void JointDepthFilter::reset() {
 // --- Slots
 
 const JointDepthFilter::Slot* JointDepthFilter::find(int id) const {
-  const auto end = slots_.begin() + static_cast<std::ptrdiff_t>(size_);
-  const auto slot = std::find_if(slots_.begin(), end, [id](const Slot& s) { return s.id == id; });
-  return slot == end ? nullptr : &*slot;
+  return detail::findById(slots_, size_, id);
 }
 
 JointDepthFilter::Slot* JointDepthFilter::findOrAdd(int id) {
-  if (const Slot* known = find(id)) return &slots_[static_cast<std::size_t>(known - slots_.data())];
+  if (Slot* known = detail::findById(slots_, size_, id)) return known;
   if (size_ == slots_.size()) return nullptr;
   Slot& slot = slots_[size_++];
   slot = {};
@@ -203,9 +202,7 @@ void JointDepthFilter::correctJoint(Slot& slot, const PointMeasurement& measurem
   double a = Sxx + r + s2 * bySx * bySx + f2 * byFx * byFx;
   double b = Sxy + s2 * bySx * bySy + f2 * byFx * byFy;
   double c = Syy + r + s2 * bySy * bySy + f2 * byFy * byFy;
-  double det = a * c - b * b;
-  const double nis = det > 0 ? (c * nu_x * nu_x - 2 * b * nu_x * nu_y + a * nu_y * nu_y) / det
-                             : std::numeric_limits<double>::infinity();
+  const double nis = detail::nisOf(a, b, c, nu_x, nu_y);
   switch (detail::judge(point, nis, o)) {
     case Verdict::restart:
       start(slot, measurement, {1 / range_.clampChi(point.chi / kappa())});
@@ -220,7 +217,7 @@ void JointDepthFilter::correctJoint(Slot& slot, const PointMeasurement& measurem
   a = Sxx + weighted;
   b = Sxy;
   c = Syy + weighted;
-  det = a * c - b * b;
+  const double det = a * c - b * b;
   Row kx, ky;
   for (int j = 0; j < width; ++j) {
     kx[j] = (c * ux[j] - b * uy[j]) / det;
@@ -244,9 +241,9 @@ void JointDepthFilter::correctJoint(Slot& slot, const PointMeasurement& measurem
 }
 
 void JointDepthFilter::correctDepth(int id, const DepthPrior& measured) {
-  const Slot* known = find(id);
+  Slot* known = detail::findById(slots_, size_, id);
   if (!known || !known->isStarted || !measured.isUsable()) return;
-  Slot& slot = slots_[static_cast<std::size_t>(known - slots_.data())];
+  Slot& slot = *known;
   if (slot.place == kNone) {
     detail::correctPointDepth(slot.point, measured, range_);
     return;

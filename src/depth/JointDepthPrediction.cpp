@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "depth/FilterPointSteps.h"
+#include "depth/motionOfExposures.h"
 #include "depthservo/depth/JointDepthFilter.h"
 #include "motion/rateByTwist.h"
 
@@ -85,25 +86,14 @@ JointDepthFilter::ShiftedMotion JointDepthFilter::shiftedMotion(const MotionBuff
                                                                 double t0_s, double t1_s) {
   ShiftedMotion shifted;
   const double wanted = timeOffset_ == kNone ? 0 : values_[timeOffset_];
-  // What is not known yet must wait, but for what never will be.
-  const bool isComplete = odometry.coverage(t0_s, t1_s) == Coverage::complete;
-  double offset = isComplete ? std::max(wanted, t1_s - odometry.end()) : wanted;
-  auto interval = odometry.motion(t0_s - offset, t1_s - offset);
-  if (!hasMotion(interval.coverage)) {
-    offset = 0;
-    interval = odometry.motion(t0_s, t1_s);
-  }
-  shifted.motion = interval.motion;
-  shifted.missing_s = wanted - offset;
+  const auto exposures = detail::motionOfExposures(odometry, t0_s, t1_s, wanted);
+  shifted.motion = exposures.motion;
+  shifted.missing_s = exposures.missing_s;
   if (timeOffset_ != kNone && shifted.motion.dt > 0) {
-    findAcceleration(odometry, t1_s - offset, shifted);
+    findAcceleration(odometry, t1_s - exposures.offset_s, shifted);
   }
-  if (bias_ != kNone) {  // half of it before, half after: exact to second order
-    const Eigen::Vector3d b(values_[bias_], values_[bias_ + 1], values_[bias_ + 2]);
-    const Eigen::Matrix3d half =
-        Motion::fromTwist({Eigen::Vector3d::Zero(), -b}, 0.5 * shifted.motion.dt).R;
-    shifted.motion.R = half * shifted.motion.R * half;
-    shifted.motion.t = half * shifted.motion.t;
+  if (bias_ != kNone) {
+    detail::takeOutBias(shifted.motion, {values_[bias_], values_[bias_ + 1], values_[bias_ + 2]});
   }
   return shifted;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "depth/findById.h"
+
 namespace depthservo {
 
 using namespace detail;
@@ -29,14 +31,11 @@ void ObjectDepthObserver::reset() {
 }
 
 const ObjectDepthObserver::Point* ObjectDepthObserver::find(int id) const {
-  const auto end = points_.begin() + static_cast<std::ptrdiff_t>(size_);
-  const auto point =
-      std::find_if(points_.begin(), end, [id](const Point& p) { return p.id == id; });
-  return point == end ? nullptr : &*point;
+  return detail::findById(points_, size_, id);
 }
 
 ObjectDepthObserver::Point* ObjectDepthObserver::findOrAdd(int id) {
-  if (const Point* known = find(id)) return const_cast<Point*>(known);
+  if (Point* known = detail::findById(points_, size_, id)) return known;
   if (size_ == points_.size()) return nullptr;
   Point& point = points_[size_++];
   point = {};

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "depth/findById.h"
+
 namespace depthservo {
 
 DepthEstimate PointSetEstimator::estimate(int id, const MotionBuffer& odometry,
@@ -44,13 +46,11 @@ void PointwiseEstimator::reset() {
 }
 
 const PointwiseEstimator::Slot* PointwiseEstimator::find(int id) const {
-  const auto end = slots_.begin() + static_cast<std::ptrdiff_t>(size_);
-  const auto slot = std::find_if(slots_.begin(), end, [id](const Slot& s) { return s.id == id; });
-  return slot == end ? nullptr : &*slot;
+  return detail::findById(slots_, size_, id);
 }
 
 PointwiseEstimator::Slot* PointwiseEstimator::find(int id) {
-  return const_cast<Slot*>(static_cast<const PointwiseEstimator*>(this)->find(id));
+  return detail::findById(slots_, size_, id);
 }
 
 PointwiseEstimator::Slot* PointwiseEstimator::findOrAdd(int id) {

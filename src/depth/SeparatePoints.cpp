@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "depth/findById.h"
+
 namespace depthservo {
 
 SeparatePoints::SeparatePoints(const PointSetEstimator& prototype, std::size_t capacity,
@@ -36,13 +38,11 @@ void SeparatePoints::reset() {
 }
 
 const SeparatePoints::Slot* SeparatePoints::find(int id) const {
-  const auto end = slots_.begin() + static_cast<std::ptrdiff_t>(size_);
-  const auto slot = std::find_if(slots_.begin(), end, [id](const Slot& s) { return s.id == id; });
-  return slot == end ? nullptr : &*slot;
+  return detail::findById(slots_, size_, id);
 }
 
 SeparatePoints::Slot* SeparatePoints::findOrAdd(int id) {
-  if (const Slot* known = find(id)) return &slots_[static_cast<std::size_t>(known - slots_.data())];
+  if (Slot* known = detail::findById(slots_, size_, id)) return known;
   if (size_ == slots_.size()) return nullptr;
   Slot& slot = slots_[size_++];
   slot.id = id;
@@ -59,9 +59,9 @@ bool SeparatePoints::setPrior(int id, const DepthPrior& prior) {
 }
 
 bool SeparatePoints::retire(int id) {
-  const Slot* known = find(id);
+  Slot* known = detail::findById(slots_, size_, id);
   if (!known) return false;
-  std::swap(slots_[static_cast<std::size_t>(known - slots_.data())], slots_[--size_]);
+  std::swap(*known, slots_[--size_]);
   return true;
 }
 
@@ -91,9 +91,8 @@ void SeparatePoints::correct(const std::vector<PointObservation>& observations) 
 }
 
 void SeparatePoints::correctDepth(int id, const DepthPrior& measured) {
-  const Slot* known = find(id);
-  if (known)
-    slots_[static_cast<std::size_t>(known - slots_.data())].estimator->correctDepth(id, measured);
+  Slot* known = detail::findById(slots_, size_, id);
+  if (known) known->estimator->correctDepth(id, measured);
 }
 
 DepthEstimate SeparatePoints::estimate(int id) const {

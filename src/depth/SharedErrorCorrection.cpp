@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "depth/FilterPointSteps.h"
+#include "depth/findById.h"
 #include "depthservo/depth/SharedErrorFilter.h"
 #include "motion/rateByTwist.h"
 
@@ -20,10 +21,7 @@ using Phase = FilterPoint::Phase;
 constexpr double kFarthest = 6;
 
 double nisOf(const Eigen::Matrix2d& S, const Eigen::Vector2d& nu) {
-  const double det = S(0, 0) * S(1, 1) - S(0, 1) * S(1, 0);
-  const double scaled =
-      S(1, 1) * nu(0) * nu(0) - 2 * S(0, 1) * nu(0) * nu(1) + S(0, 0) * nu(1) * nu(1);
-  return det > 0 ? scaled / det : std::numeric_limits<double>::infinity();
+  return detail::nisOf(S(0, 0), S(0, 1), S(1, 1), nu(0), nu(1));
 }
 
 }  // namespace
@@ -247,9 +245,9 @@ void SharedErrorFilter::correctAlone(Slot& slot, const PointMeasurement& measure
 }
 
 void SharedErrorFilter::correctDepth(int id, const DepthPrior& measured) {
-  const Slot* known = find(id);
+  Slot* known = detail::findById(slots_, size_, id);
   if (!known || !known->isStarted || !measured.isUsable()) return;
-  Slot& slot = slots_[static_cast<std::size_t>(known - slots_.data())];
+  Slot& slot = *known;
   FilterPoint& point = slot.point;
   const double chi = range_.clampChi(1 / measured.Z);
   const double variance = detail::depthVariance(chi, measured.sigma_chi);

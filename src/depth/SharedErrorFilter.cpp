@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "depth/FilterPointSteps.h"
+#include "depth/findById.h"
 
 namespace depthservo {
 namespace {
@@ -98,13 +99,11 @@ void SharedErrorFilter::resetShared() {
 // --- Slots
 
 const SharedErrorFilter::Slot* SharedErrorFilter::find(int id) const {
-  const auto end = slots_.begin() + static_cast<std::ptrdiff_t>(size_);
-  const auto slot = std::find_if(slots_.begin(), end, [id](const Slot& s) { return s.id == id; });
-  return slot == end ? nullptr : &*slot;
+  return detail::findById(slots_, size_, id);
 }
 
 SharedErrorFilter::Slot* SharedErrorFilter::findOrAdd(int id) {
-  if (const Slot* known = find(id)) return &slots_[static_cast<std::size_t>(known - slots_.data())];
+  if (Slot* known = detail::findById(slots_, size_, id)) return known;
   if (size_ == slots_.size()) return nullptr;
   Slot& slot = slots_[size_++];
   slot.id = id;

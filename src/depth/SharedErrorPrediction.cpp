@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "depth/FilterPointSteps.h"
+#include "depth/motionOfExposures.h"
 #include "depthservo/depth/SharedErrorFilter.h"
 #include "motion/rateByTwist.h"
 
@@ -64,32 +65,20 @@ Coverage SharedErrorFilter::advance(const MotionBuffer& odometry, double time_s)
 SharedErrorFilter::Step SharedErrorFilter::stepTo(const MotionBuffer& odometry,
                                                   double time_s) const {
   Step step;
-  const double wanted = value(latency_);
-  // What is not known yet must wait, but for what never will be.
-  const bool isComplete = odometry.coverage(time_s_, time_s) == Coverage::complete;
-  double offset = isComplete ? std::max(wanted, time_s - odometry.end()) : wanted;
-  auto interval = odometry.motion(time_s_ - offset, time_s - offset);
-  if (!hasMotion(interval.coverage)) {
-    offset = 0;
-    interval = odometry.motion(time_s_, time_s);
-  }
-  step.motion = interval.motion;
-  step.missing_s = wanted - offset;
+  const auto exposures = detail::motionOfExposures(odometry, time_s_, time_s, value(latency_));
+  step.motion = exposures.motion;
+  step.missing_s = exposures.missing_s;
   Motion& motion = step.motion;
   if (!(motion.dt > 0)) return step;
   if (latency_ != kNone) {
-    const double stretch = std::max(kStretch_s, motion.dt), end_s = time_s - offset;
+    const double stretch = std::max(kStretch_s, motion.dt), end_s = time_s - exposures.offset_s;
     const auto late = odometry.meanTwist(end_s - stretch, end_s);
     const auto early = odometry.meanTwist(end_s - 2 * stretch, end_s - stretch);
     if (early.coverage == Coverage::complete && late.coverage == Coverage::complete) {
       step.acceleration = (late.twist.vector() - early.twist.vector()) / stretch;
     }
   }
-  if (bias_ != kNone) {  // half of it before, half after: exact to second order
-    const Eigen::Matrix3d half = rotation(0.5 * motion.dt * values_.segment<3>(bias_));
-    motion.R = half * motion.R * half;
-    motion.t = half * motion.t;
-  }
+  if (bias_ != kNone) detail::takeOutBias(motion, values_.segment<3>(bias_));
   motion.t *= 1 + value(slip_);
   if (mount_ != kNone) {
     const Eigen::Matrix3d mount = rotation(-values_.segment<3>(mount_));
