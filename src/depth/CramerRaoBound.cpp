@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "depth/byMount.h"
 #include "motion/rateByTwist.h"
 
 namespace depthservo {
@@ -17,14 +18,61 @@ constexpr double kUnknown = 1e3;
 /// Variance of an image coordinate that was never measured: far outside any image.
 constexpr double kUnseen = 1e3;
 
+/// The shared states, in this order.
+enum Shared {
+  kLatency,
+  kBias,
+  kMount = kBias + 3,
+  kFocal = kMount + 3,
+  kScale,
+  kSlip,
+  kPose,
+  kJitter = kPose + 6,
+  kSharedStates
+};
+
+/// Whether any error of a profile is a state of its own.
+bool lasts(const ErrorProfile& e) {
+  return e.scale > 0 || e.slip.sigma > 0 || e.gyroBias_rad_s > 0 || e.latency_s > 0 ||
+         e.jitter_s > 0 || e.focal > 0 || e.mount_rad > 0 || e.wander_px.sigma > 0 ||
+         e.position_m > 0 || e.angle_rad > 0;
+}
+
 }  // namespace
 
-CramerRaoBound::CramerRaoBound(std::vector<PointState> points, double sigma_chi)
+CramerRaoBound::CramerRaoBound(std::vector<PointState> points, double sigma_chi,
+                               const ErrorProfile& errors, double focal_px)
     : points_(std::move(points)),
       ahead_(points_.size(), true),
-      P_(kUnseen * Eigen::MatrixXd::Identity(3 * points_.size(), 3 * points_.size())) {
+      errors_(errors),
+      wander_(errors.wander_px.sigma / focal_px) {
+  const auto n = static_cast<Eigen::Index>(points_.size());
+  shared_ = 3 * n;
+  wanders_ = shared_ + (lasts(errors) ? kSharedStates : 0);
+  const Eigen::Index rows = wanders_ + (lasts(errors) ? 2 * n : 0);
+  P_ = Eigen::MatrixXd::Zero(rows, rows);
   const double sigma = std::min(sigma_chi, kUnknown);
-  for (std::size_t i = 0; i < points_.size(); ++i) P_(3 * i + 2, 3 * i + 2) = sigma * sigma;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    P_.diagonal().segment<3>(3 * i) << kUnseen, kUnseen, sigma * sigma;
+  }
+  if (!lasts(errors)) return;
+  renew(shared_ + kLatency, 1, errors.latency_s, 0);
+  renew(shared_ + kBias, 3, errors.gyroBias_rad_s, 0);
+  renew(shared_ + kMount, 3, errors.mount_rad, 0);
+  renew(shared_ + kFocal, 1, errors.focal, 0);
+  renew(shared_ + kScale, 1, errors.scale, 0);
+  renew(shared_ + kSlip, 1, errors.slip.sigma, 0);
+  renew(shared_ + kPose, 3, errors.position_m, 0);
+  renew(shared_ + kPose + 3, 3, errors.angle_rad, 0);
+  renew(shared_ + kJitter, 1, errors.jitter_s, 0);
+  renew(wanders_, 2 * n, wander_, 0);
+}
+
+/// Gauss-Markov states go on: keep this much of themselves, and their variance is refilled.
+void CramerRaoBound::renew(Eigen::Index first, Eigen::Index count, double sigma, double kept) {
+  P_.middleRows(first, count) *= kept;
+  P_.middleCols(first, count) *= kept;
+  P_.diagonal().segment(first, count).array() += sigma * sigma * (1 - kept * kept);
 }
 
 void CramerRaoBound::advance(const Motion& motion, const OdometryNoise& odometry) {
@@ -34,29 +82,58 @@ void CramerRaoBound::advance(const Motion& motion, const OdometryNoise& odometry
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(std::sqrt(noise.variance_t)),
       Eigen::Vector3d::Constant(std::sqrt(noise.variance_theta));
+  const Twist twist = motion.twist();
+  const Vector6d change = hasTwist_ ? Vector6d(twist.vector() - twist_.vector()) : Vector6d::Zero();
+  hasTwist_ = true;
+  twist_ = twist;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (!ahead_[i]) continue;
     const auto [next, isAhead] = flow(motion, points_[i]);
     ahead_[i] = isAhead;
     if (!isAhead) continue;
     const Eigen::Index k = 3 * static_cast<Eigen::Index>(i);
-    F.block<3, 3>(k, k) = flowJacobian(motion, points_[i], next);
-    G.block<3, 6>(k, 0) = rateByTwist(next) * sigma.asDiagonal();
+    const Eigen::Matrix<double, 3, 6> L = rateByTwist(next);
+    const Eigen::Matrix3d J = flowJacobian(motion, points_[i], next);
+    F.block<3, 3>(k, k) = J;
+    G.block<3, 6>(k, 0) = L * sigma.asDiagonal();
+    if (wanders_ > shared_) {
+      F.block<3, 1>(k, shared_ + kLatency) = -L * change;
+      F.block<3, 3>(k, shared_ + kBias) = -motion.dt * L.rightCols<3>();
+      F.block<3, 3>(k, shared_ + kMount) = motion.dt * detail::byMount(L, twist);
+      F.block<3, 1>(k, shared_ + kScale) = F.block<3, 1>(k, shared_ + kSlip) =
+          points_[i].chi * J.col(2) - Eigen::Vector3d(0, 0, next.chi);
+    }
     points_[i] = next;
   }
   P_ = F * P_ * F.transpose() + G * G.transpose();
+  if (wanders_ == shared_) return;
+  const GaussMarkov pose{1, errors_.poseTau_s};
+  renew(shared_ + kSlip, 1, errors_.slip.sigma, errors_.slip.kept(motion.dt));
+  renew(shared_ + kPose, 3, errors_.position_m, pose.kept(motion.dt));
+  renew(shared_ + kPose + 3, 3, errors_.angle_rad, pose.kept(motion.dt));
+  renew(shared_ + kJitter, 1, errors_.jitter_s, 0);
+  renew(wanders_, n - wanders_, wander_, errors_.wander_px.kept(motion.dt));
 }
 
 void CramerRaoBound::measure(std::size_t i, double sigma) {
   if (!ahead_[i]) return;
   const Eigen::Index k = 3 * static_cast<Eigen::Index>(i);
   const double r = sigma * sigma;
-  const Eigen::MatrixXd PH = P_.middleCols<2>(k);
-  const Eigen::Matrix2d S = P_.block<2, 2>(k, k) + r * Eigen::Matrix2d::Identity();
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(2, P_.rows());
+  H.middleCols<2>(k).setIdentity();
+  if (wanders_ > shared_) {
+    const PointState& p = points_[i];
+    const Eigen::Matrix<double, 2, 6> L = rateByTwist(p).topRows<2>();
+    H.col(shared_ + kFocal) << p.x, p.y;
+    H.middleCols<6>(shared_ + kPose) = L;
+    if (hasTwist_) H.col(shared_ + kJitter) = -L * twist_.vector();
+    H.middleCols<2>(wanders_ + 2 * static_cast<Eigen::Index>(i)).setIdentity();
+  }
+  const Eigen::MatrixXd PH = P_ * H.transpose();
+  const Eigen::Matrix2d S = H * PH + r * Eigen::Matrix2d::Identity();
   const Eigen::MatrixXd K = PH * S.inverse();
   // Joseph's form: stays positive with the wide start.
-  Eigen::MatrixXd keep = Eigen::MatrixXd::Identity(P_.rows(), P_.cols());
-  keep.middleCols<2>(k) -= K;
+  const Eigen::MatrixXd keep = Eigen::MatrixXd::Identity(P_.rows(), P_.cols()) - K * H;
   P_ = keep * P_ * keep.transpose() + r * K * K.transpose();
 }
 

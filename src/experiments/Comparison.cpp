@@ -10,6 +10,7 @@
 #include "experiments/Measured.h"
 #include "motion/median.h"
 #include "observation/ObserverSetup.h"
+#include "observation/errorsOf.h"
 #include "observation/estimatorWords.h"
 
 namespace depthservo {
@@ -175,9 +176,9 @@ class Limit {
     }
     for (std::size_t j = 0; j < points_.size(); ++j) {
       const auto place = frame.placeOf(points_[j]);
-      if (place) {
-        relative[*place] = std::hypot(bound_->relativeSigma(j), measured_.odometryScaleSigma);
-      }
+      if (!place) continue;
+      const double scale = measured_.errors ? 0 : measured_.odometryScaleSigma;  // else within it
+      relative[*place] = std::hypot(bound_->relativeSigma(j), scale);
     }
   }
 
@@ -193,7 +194,8 @@ class Limit {
   void begin(const MeasuredFrame& frame) {
     std::vector<PointState> start;
     for (const std::size_t point : points_) start.push_back(frame.truth[*frame.placeOf(point)]);
-    bound_.emplace(start, std::numeric_limits<double>::infinity());
+    bound_.emplace(start, std::numeric_limits<double>::infinity(),
+                   measured_.errors.value_or(ErrorProfile()), measured_.focal_px);
     isBegun_ = true;
   }
 
@@ -369,6 +371,9 @@ Measured measuredOf(const ObservedSource& source, const ObservationOptions& obse
   measured.prior = observation.prior();
   measured.odometryNoise = observation.odometryNoise.value_or(OdometryNoise());
   measured.odometryScaleSigma = observation.odometryScaleSigma;
+  measured.errors = errorsOf(observation);
+  measured.focal_px = source.camera.focal_px();
+  if (measured.errors) measured.odometryNoise = measured.errors->odometry;
   measured.setup = [&](EstimatorKind kind) {
     ObservationOptions other = observation;
     other.depth.estimator = kind;

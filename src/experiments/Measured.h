@@ -41,6 +41,8 @@ struct Measured {
   DepthPrior prior;
   OdometryNoise odometryNoise;
   double odometryScaleSigma = 0;
+  std::optional<ErrorProfile> errors;  ///< that the estimators are told
+  double focal_px = 600;
   bool isTargetStill = true;
   std::function<EstimatorSetup(EstimatorKind)> setup;
 

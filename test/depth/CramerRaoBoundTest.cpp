@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "depthservo/depth/CramerRaoBound.h"
+#include "depthservo/depth/SharedErrorFilter.h"
 #include "support/EstimatorExperiment.h"
+#include "support/RobotExperiment.h"
 
 namespace depthservo {
 namespace {
@@ -65,6 +67,70 @@ TEST(CramerRaoBound, followsTheRuleOfThumbOfLateralMotion) {
   }
   const double rule = std::sqrt(12. / frames) * sigma * Z / (speed * dt * frames);
   EXPECT_NEAR(bound.relativeSigma(0), rule, .01 * rule);
+}
+
+TEST(CramerRaoBound, ofAnUnknownScaleIsTheScale) {
+  ErrorProfile errors;
+  errors.scale = .02;
+  CramerRaoBound bound({{0, 0, .5}, {.2, .1, .8}}, HUGE_VAL, errors);
+  for (int k = 0; k < 300; ++k) {
+    for (std::size_t i = 0; i < 2; ++i) bound.measure(i, 1e-6);
+    bound.advance(Motion::fromTwist({{.1, .05, 0}, {0, .1, 0}}, .01), OdometryNoise::none());
+  }
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(bound.relativeSigma(i), .02, 1e-4);
+}
+
+/// The bound of all points of a perfect robot, and what the filter claims, at the end.
+struct Limited {
+  double bound = 0, claimed = 0;
+};
+Limited relativeSigmas(unsigned seed, const ErrorProfile& errors) {
+  const Robot robot(seed, RobotErrors{});
+  SharedErrorFilterOptions options;
+  options.errors = errors;
+  options.places = Robot::kPoints;
+  SharedErrorFilter filter(Robot::kPoints, options, DepthPrior{3});
+  std::vector<PointState> first;
+  for (const PointObservation& o : robot.run.images.front().points) {
+    first.push_back({o.measurement.x, o.measurement.y,
+                     1 / robot.run.images.front().Z[static_cast<std::size_t>(o.id)]});
+  }
+  CramerRaoBound bound(first, HUGE_VAL, errors, kRobotFocal_px);
+  double before_s = 0;
+  std::vector<double> bounds, claimed;
+  for (std::size_t k = 0; k < 300; ++k) {
+    const RobotRun::Image& image = robot.run.images[k];
+    if (k > 0) {
+      bound.advance(robot.run.odometry.motion(before_s, image.stamp_s).motion, errors.odometry);
+    }
+    before_s = image.stamp_s;
+    filter.advance(robot.run.odometry, image.stamp_s);
+    filter.correct(image.points);
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      for (const PointObservation& o : image.points) {
+        if (o.id == robot.run.images.front().points[i].id) bound.measure(i, o.measurement.sigma);
+      }
+    }
+  }
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    const DepthEstimate e = filter.estimate(robot.run.images.front().points[i].id);
+    if (e.status != DepthStatus::valid) continue;
+    bounds.push_back(bound.relativeSigma(i));
+    claimed.push_back(e.sigma_chi / e.chi);
+  }
+  return {Robot::median(bounds), Robot::median(claimed)};
+}
+
+TEST(CramerRaoBound, withLastingErrorsIsNearlyWhatTheFilterClaims) {
+  for (const unsigned seed : {0u, 2u, 4u}) {  // these see all their points all the time
+    const Limited typical = relativeSigmas(seed, ErrorProfile::typical());
+    EXPECT_GE(typical.claimed, .9 * typical.bound) << seed;
+    EXPECT_LE(typical.claimed, 1.1 * typical.bound) << seed;
+    const Limited arm = relativeSigmas(seed, ErrorProfile::arm());
+    EXPECT_GE(arm.claimed, .9 * arm.bound) << seed;
+    EXPECT_LE(arm.claimed, 1.1 * arm.bound) << seed;
+    EXPECT_LT(arm.bound, typical.bound) << seed;
+  }
 }
 
 TEST(CramerRaoBound, isInfiniteBehindTheCamera) {

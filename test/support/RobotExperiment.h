@@ -58,13 +58,14 @@ struct RobotErrors {
   }
 };
 
-inline constexpr double kRobotFocal_px = 600, kPi = 3.14159265358979323846;
+inline constexpr double kRobotFocal_px = 600;
 
 /// Row of a point over the height of the image.
 inline double imageRow(double y) { return 1.25 * y + 0.5; }
 
 /// How the base drives: speed [m/s] and turn rate [rad/s] at a time.
 struct Drive {
+  static constexpr double kPi = 3.14159265358979323846;
   double v, v_wave, w, w_wave, period_s;
 
   double speed(double t) const { return v + v_wave * std::sin(2 * kPi * t / period_s); }
