@@ -25,19 +25,16 @@ constexpr double kLargestSpeed = 1e9;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-struct Considered {
-  double xx = 0, yy = 0, cc = 0;
-};
-
 /// What the considered uncertainties add to the variances; bounded, whatever the sensitivities.
-Considered considered(const FilterPoint& p, const InverseDepthFilterOptions& options) {
-  const auto variance = [&](int i) {
+ConsideredVariances considered(const FilterPoint& p, const InverseDepthFilterOptions& options,
+                               const ConsideredVariances& more) {
+  const auto variance = [&](int i, double others) {
     const double s = options.odometryScaleSigma > 0 ? options.odometryScaleSigma * p.scale[i] : 0;
     const double f = options.focalSigma > 0 ? options.focalSigma * p.focal[i] : 0;
-    const double sum = s * s + f * f;
+    const double sum = s * s + f * f + others;
     return sum < kLargestVariance ? sum : kLargestVariance;
   };
-  return {variance(0), variance(1), variance(2)};
+  return {variance(0, more.xx), 0, variance(1, more.yy), variance(2, more.cc)};
 }
 
 void propagate(double (&e)[3], const FlowDerivative<double>& F) {
@@ -58,18 +55,18 @@ void correctSensitivity(double (&e)[3], const FilterGain<double>& K, double nu_x
 
 /// NIS when the innovation also varies with the considered parameters.
 double consideredNis(const FilterPoint& p, const FilterInnovation<double>& nu, double r,
-                     const InverseDepthFilterOptions& options) {
+                     const InverseDepthFilterOptions& options, const ConsideredVariances& more) {
   const double s2 = options.odometryScaleSigma * options.odometryScaleSigma;
   const double f2 = options.focalSigma * options.focalSigma;
   const double sx = p.scale[0], sy = p.scale[1], fx = p.x - p.focal[0], fy = p.y - p.focal[1];
-  const double a = p.xx + r + s2 * sx * sx + f2 * fx * fx;
-  const double b = p.xy + s2 * sx * sy + f2 * fx * fy;
-  const double c = p.yy + r + s2 * sy * sy + f2 * fy * fy;
+  const double a = p.xx + r + s2 * sx * sx + f2 * fx * fx + more.xx;
+  const double b = p.xy + s2 * sx * sy + f2 * fx * fy + more.xy;
+  const double c = p.yy + r + s2 * sy * sy + f2 * fy * fy + more.yy;
   return nisOf(a, b, c, nu.x, nu.y);
 }
 
-/// What is not known of the bias by measured odometry noise: a share of it, as the level of the noise
-/// is not known exactly, and more of its square, the next order.
+/// What is not known of the bias by measured odometry noise: a share of it, as the level of the
+/// noise is not known exactly, and more of its square, the next order.
 double biasVariance(const FilterPoint& p) {
   constexpr double kShare = 0.3, kOfSquare = 4;
   const double bias2 = p.bias * p.bias, chi2 = p.chi * p.chi;
@@ -169,41 +166,43 @@ void predictPoint(FilterPoint& p, const FilterStep& step,
   if (step.unknown.exists()) letDrift(p, step.unknown);
 }
 
-void correctPoint(FilterPoint& p, const PointMeasurement& measurement,
-                  const InverseDepthFilterOptions& options, const DepthRange& range) {
-  if (p.phase == Phase::unset) return;
+PointCorrection correctPoint(FilterPoint& p, const PointMeasurement& measurement,
+                             const InverseDepthFilterOptions& options, const DepthRange& range,
+                             const ConsideredVariances& more) {
+  PointCorrection done;
+  if (p.phase == Phase::unset) return done;
   if (!measurement.isUsable()) {
     if (p.phase != Phase::behind && p.phase != Phase::adrift) p.phase = Phase::rejected;
-    return;
+    return done;
   }
-  if (p.phase == Phase::adrift) return rejoinPoint(p, measurement);
+  if (p.phase == Phase::adrift) {
+    rejoinPoint(p, measurement);
+    done.verdict = Verdict::restart;
+    return done;
+  }
   const double r = measurementVariance(measurement.sigma);
   FilterState<double> s = stateOf(p);
   FilterInnovation<double> nu{};
   innovate(s, measurement.x, measurement.y, r, nu);
-  const bool isConsidered = options.odometryScaleSigma > 0 || options.focalSigma > 0;
+  const bool isOwn = options.odometryScaleSigma > 0 || options.focalSigma > 0;
+  const bool isConsidered = isOwn || more.xx > 0 || more.yy > 0;
   const double nis = !(nu.det > 0)  ? kInfinity
-                     : isConsidered ? consideredNis(p, nu, r, options)
+                     : isConsidered ? consideredNis(p, nu, r, options, more)
                                     : nu.nis;
-  switch (judge(p, nis, options)) {
-    case Verdict::restart:
-      resetPoint(p, measurement, {1 / range.clampChi(p.chi)});
-      return;
-    case Verdict::reject:
-      p.phase = Phase::rejected;
-      return;
-    case Verdict::use:
-      break;
-  }
-  FilterGain<double> K{};
+  done.verdict = judge(p, nis, options);
+  if (done.verdict == Verdict::restart) resetPoint(p, measurement, {1 / range.clampChi(p.chi)});
+  if (done.verdict == Verdict::reject) p.phase = Phase::rejected;
+  if (done.verdict != Verdict::use) return done;
+  FilterGain<double>& K = done.gain;
   correctState(s, nu, weighted(r, nis, options), K);
-  if (isConsidered) {
+  if (isOwn) {
     correctSensitivity(p.scale, K, -p.scale[0], -p.scale[1]);
     correctSensitivity(p.focal, K, measurement.x - p.focal[0], measurement.y - p.focal[1]);
   }
   setState(p, s);
   p.r = r;
   p.phase = Phase::measured;
+  return done;
 }
 
 void correctPointDepth(FilterPoint& p, const DepthPrior& usable, const DepthRange& range) {
@@ -234,9 +233,10 @@ void correctPointDepth(FilterPoint& p, const DepthPrior& usable, const DepthRang
 }
 
 DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noise, double dt,
-                            const InverseDepthFilterOptions& options, const DepthRange& range) {
+                            const InverseDepthFilterOptions& options, const DepthRange& range,
+                            const ConsideredVariances& more) {
   if (p.phase == Phase::unset) return {};
-  const Considered extra = considered(p, options);
+  const ConsideredVariances extra = considered(p, options, more);
   DepthEstimate e;
   e.x = p.x;
   e.y = p.y;

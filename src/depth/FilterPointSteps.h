@@ -87,12 +87,26 @@ void rejoinPoint(FilterPoint& p, const PointMeasurement& measurement);
 /// What a part of the motion that is not known does to a point.
 void letDrift(FilterPoint& p, const UnknownPart& unknown);
 void predictPoint(FilterPoint& p, const FilterStep& step, const InverseDepthFilterOptions& options);
-void correctPoint(FilterPoint& p, const PointMeasurement& measurement,
-                  const InverseDepthFilterOptions& options, const DepthRange& range);
+
+/// Symmetric 2x2, and the variance of chi: what errors that are considered elsewhere add.
+struct ConsideredVariances {
+  double xx = 0, xy = 0, yy = 0, cc = 0;
+};
+
+/// What a measurement did to the state.
+struct PointCorrection {
+  Verdict verdict = Verdict::reject;
+  FilterGain<double> gain{};  // where it was used
+};
+
+PointCorrection correctPoint(FilterPoint& p, const PointMeasurement& measurement,
+                             const InverseDepthFilterOptions& options, const DepthRange& range,
+                             const ConsideredVariances& more = {});
 void correctPointDepth(FilterPoint& p, const DepthPrior& usable, const DepthRange& range);
 
 /// \param noise, dt of the last motion; dt is 0 when there was none
 DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noise, double dt,
-                            const InverseDepthFilterOptions& options, const DepthRange& range);
+                            const InverseDepthFilterOptions& options, const DepthRange& range,
+                            const ConsideredVariances& more = {});
 
 }  // namespace depthservo::detail

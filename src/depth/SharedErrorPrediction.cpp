@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "depth/FilterPointSteps.h"
+#include "depth/byMount.h"
 #include "depth/motionOfExposures.h"
 #include "depthservo/depth/SharedErrorFilter.h"
 #include "motion/rateByTwist.h"
@@ -100,15 +101,7 @@ SharedErrorFilter::ByShared SharedErrorFilter::bySharedErrors(const Step& step,
   const double dt = step.motion.dt;
   if (latency_ != kNone) C.col(latency_) = -dt * (L * step.acceleration);
   if (bias_ != kNone) C.middleCols<3>(bias_) = -dt * L.rightCols<3>() * step.mount;
-  if (mount_ != kNone) {  // du/dm_i = (v x e_i, w x e_i)
-    const auto cross = [](const Eigen::Vector3d& a) {
-      Eigen::Matrix3d m;
-      m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-      return m;
-    };
-    C.middleCols<3>(mount_) = dt * (L.leftCols<3>() * cross(step.twist.linear) +
-                                    L.rightCols<3>() * cross(step.twist.angular));
-  }
+  if (mount_ != kNone) C.middleCols<3>(mount_) = dt * detail::byMount(L, step.twist);
   const Eigen::Vector3d byScale = before.chi * F.col(2) - Eigen::Vector3d(0, 0, after.chi);
   if (scale_ != kNone) C.col(scale_) = byScale;
   if (slip_ != kNone) C.col(slip_) = byScale / (1 + values_(slip_));

@@ -14,7 +14,7 @@
 namespace depthservo {
 namespace {
 
-constexpr double kDefaultSigma = 8e-4;  // 0.5 px at a focal length of 600 px
+constexpr double kDefaultFocal_px = 600, kDefaultSigma = 8e-4;  // half a pixel
 
 /// Sigma of the desired inverse depth, as a fraction of it, in the blend.
 constexpr double kDesiredRelativeSigma = 0.7;
@@ -61,10 +61,13 @@ void displayDepth(const DepthEstimate& estimate, const vpCameraParameters& cam,
 
 }  // namespace
 
-FeaturePoint::FeaturePoint() : FeaturePoint(InverseDepthFilter()) {}
+FeaturePoint::FeaturePoint() : FeaturePoint(InverseDepthFilter()) {
+  setErrors(ErrorProfile::arm());
+}
 
 FeaturePoint::FeaturePoint(const DepthEstimator& estimator, const DepthRange& range)
     : estimator_(estimator.clone()),
+      focal_px_(kDefaultFocal_px),
       range_(range),
       sigma_(kDefaultSigma),
       Z_written_(get_Z()),
@@ -79,6 +82,9 @@ FeaturePoint& FeaturePoint::operator=(const FeaturePoint& other) {
   deallocate = user;  // this object belongs to whoever declared it, whoever owned the other
   for (unsigned i = 0; i < nbParameters; ++i) flags[i] = other.flags[i];
   estimator_ = other.estimator_ ? other.estimator_->clone() : nullptr;
+  hasErrors_ = other.hasErrors_;
+  errors_ = other.errors_;
+  focal_px_ = other.focal_px_;
   range_ = other.range_;
   estimate_ = other.estimate_;
   sigma_ = other.sigma_;
@@ -216,9 +222,28 @@ void FeaturePoint::setDesiredDepth(double depth) {
   desiredIsGiven_ = true;
 }
 
+void FeaturePoint::setErrors(const ErrorProfile& errors) {
+  if (!estimator_) return;  // a member of a group, which has an estimator of its own
+  if (!hasErrors_) estimator_ = std::make_unique<InverseDepthFilter>();
+  hasErrors_ = true;
+  errors_ = errors;
+  considerErrors();
+  const DepthEstimate& e = estimate_;
+  if (e.status != DepthStatus::unset) start({e.x, e.y, sigma_}, {e.Z()});
+}
+
+void FeaturePoint::considerErrors() {
+  static_cast<InverseDepthFilter&>(*estimator_) =
+      InverseDepthFilter(InverseDepthFilter::Options::considering(errors_, focal_px_), range_);
+}
+
 void FeaturePoint::setNoise(double sigma_px, const vpCameraParameters& cam) {
-  const double sigma = sigma_px / std::sqrt(std::abs(cam.get_px() * cam.get_py()));
-  if (sigma > 0 && std::isfinite(sigma)) sigma_ = sigma;
+  const double focal_px = std::sqrt(std::abs(cam.get_px() * cam.get_py()));
+  const double sigma = sigma_px / focal_px;
+  if (!(sigma > 0 && std::isfinite(sigma))) return;
+  sigma_ = sigma;
+  focal_px_ = focal_px;
+  if (hasErrors_ && estimate_.status == DepthStatus::unset) considerErrors();
 }
 
 vpMatrix FeaturePoint::interaction(unsigned int select) {

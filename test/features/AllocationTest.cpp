@@ -41,6 +41,8 @@ TEST(AllocationCounter, seesThoseOfCxxAndOfViSP) {
 TEST(Allocations, noneInPredictAndCorrectOfAnyEstimator) {
   std::vector<std::unique_ptr<DepthEstimator>> estimators;
   estimators.push_back(std::make_unique<InverseDepthFilter>());
+  estimators.push_back(std::make_unique<InverseDepthFilter>(
+      InverseDepthFilter::Options::considering(ErrorProfile::typical(), 600)));
   estimators.push_back(std::make_unique<NonlinearDepthObserver>());
   estimators.push_back(std::make_unique<ConstantDepth>());
   for (const auto& estimator : estimators) {

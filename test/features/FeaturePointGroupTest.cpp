@@ -18,8 +18,10 @@ using namespace test;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
+/// Of the estimator that a single FeaturePoint has.
 FeaturePointGroup pointwiseGroup(std::size_t n) {
-  return FeaturePointGroup(PointwiseEstimator(InverseDepthFilter(), n), n);
+  const InverseDepthFilter one(InverseDepthFilter::Options::considering(ErrorProfile::arm(), 600));
+  return FeaturePointGroup(PointwiseEstimator(one, n), n);
 }
 
 Twist twistAt(double t) { return {{.1 * std::cos(t), .05, .08}, {.05, -.1 * std::sin(t), .2}}; }

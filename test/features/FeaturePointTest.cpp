@@ -66,6 +66,73 @@ struct ObservedFeature {
 
 const Twist kLateral{{.1, .03, 0}, {0, 0, 0}};
 
+// ---- what errs on the robot ----
+
+double relativeSigmaAfter(const FeaturePoint& kind, double seconds) {
+  ObservedFeature observed(StillPoint::at(.1, -.1, 1), 1, kind);
+  observed.frames(static_cast<int>(seconds / kPeriod_s), kLateral);
+  return observed.feature.estimate().sigma_Z() / observed.feature.estimate().Z();
+}
+
+TEST(Errors, ofAnArmAreReckonedWithFromTheStart) {
+  FeaturePoint perfect, wheeled, arm;
+  perfect.setErrors(ErrorProfile());
+  wheeled.setErrors(ErrorProfile::typical());
+  arm.setErrors(ErrorProfile::arm());
+  const double usual = relativeSigmaAfter({}, 5);
+  EXPECT_EQ(usual, relativeSigmaAfter(arm, 5));
+  EXPECT_GT(usual, 2 * relativeSigmaAfter(perfect, 5));
+  EXPECT_GT(relativeSigmaAfter(wheeled, 5), 1.5 * usual);
+  EXPECT_GT(relativeSigmaAfter(wheeled, 60), ErrorProfile::typical().scale);
+}
+
+TEST(Errors, setLateStartTheDepthAnewWhereItIs) {
+  ObservedFeature observed(StillPoint::at(.1, -.1, 1));
+  observed.frames(60, kLateral);
+  const DepthEstimate before = observed.feature.estimate();
+  observed.feature.setErrors(ErrorProfile::typical());
+  observed.frame(kLateral);
+  EXPECT_GT(observed.feature.estimate().sigma_chi, 5 * before.sigma_chi);
+  observed.frames(60, kLateral);
+  EXPECT_NEAR(observed.feature.estimate().Z(), 1, .03);
+}
+
+/// The loop of the example fourPointsObserved.
+TEST(Errors, ofAnArmLeaveTheExamplesPointsValidWithin3s) {
+  vpHomogeneousMatrix wMc(vpTranslationVector(.35, -.25, -.9),
+                          vpRotationMatrix(vpThetaUVector(.2, .3, .4)));
+  vpPoint target[4] = {vpPoint(-.1, -.1, 0), vpPoint(.1, -.1, 0), vpPoint(.1, .1, 0),
+                       vpPoint(-.1, .1, 0)};
+  FeaturePoint s[4];
+  vpFeaturePoint sd[4];
+  vpServo task;
+  task.setServo(vpServo::EYEINHAND_CAMERA);
+  task.setInteractionMatrixType(vpServo::CURRENT);
+  task.setLambda(.3);
+  for (int i = 0; i < 4; ++i) {
+    target[i].track(vpHomogeneousMatrix(0, 0, .5, 0, 0, 0));
+    vpFeatureBuilder::create(sd[i], target[i]);
+    s[i].set_Z(3);
+    task.addFeature(s[i], sd[i]);
+  }
+  vpColVector v(6, 0.);
+  int firstValid = 0;
+  for (int frame = 0; frame < 90 && firstValid == 0; ++frame) {
+    int valid = 0;
+    for (int i = 0; i < 4; ++i) {
+      target[i].track(wMc.inverse());
+      s[i].set_x(target[i].get_x());
+      s[i].set_y(target[i].get_y());
+      s[i].observe(v, kPeriod_s);
+      valid += s[i].estimate().status == DepthStatus::valid;
+    }
+    if (valid == 4) firstValid = frame;
+    v = task.computeControlLaw();
+    wMc = wMc * vpExponentialMap::direct(v, kPeriod_s);
+  }
+  EXPECT_GT(firstValid, 0);
+}
+
 // ---- in the servo loop ----
 
 /// Each depth at the end is right to the tolerance, or within its own two sigma where a point moved

@@ -1,11 +1,13 @@
 #pragma once
 
 #include "depthservo/depth/DepthEstimator.h"
+#include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/motion/OdometryNoise.h"
 
 namespace depthservo {
 
-/// All of it works as it stands; what to set first is the odometry's noise and mode.
+/// Defaults suit most cases; what to set first is the odometry's noise and mode, or a profile of
+/// the robot by `considering`.
 struct InverseDepthFilterOptions {
   OdometryNoise odometry;
 
@@ -15,6 +17,16 @@ struct InverseDepthFilterOptions {
 
   /// Relative uncertainty of the focal length, 1 sigma [-]; likewise.
   double focalSigma = 0;
+
+  /// Errors that last, or are not those of the odometry's rows: latency, gyro bias and mount are
+  /// considered likewise, slip, jitter, wander and pose noise enter as the white noise that tells
+  /// as much. Its scale, focal length and white noise are not used: they are the three options
+  /// above. InverseDepthFilter alone reads it, not the filters of many points.
+  ErrorProfile lasting;
+  double focal_px = 600;  ///< turns the wander's pixels into normalised coordinates [px]
+
+  /// The options for a robot with such errors.
+  static InverseDepthFilterOptions considering(const ErrorProfile& errors, double focal_px);
 
   /// A measurement is rejected when its normalised innovation squared (NIS, chi-square with 2
   /// degrees of freedom) is above this: 13.8 refuses 0.1 % of good ones.
@@ -41,12 +53,26 @@ struct FilterPoint {
   double x = 0, y = 0, chi = 1;                           // chi is not bounded
   double xx = 0, xy = 0, xc = 0, yy = 0, yc = 0, cc = 0;  // covariance, c is chi
   double noise_t = 0, noise_xy = 0, bias = 0, levelSum = 2, levelWeight = 4;  // FilterBias
-  double scale[3] = {0, 0, 0}, focal[3] = {0, 0, 0};      // d(error of x, y, chi) by either
-  double parallax2 = 0;                                   // of the last motion [m^2]
-  double r = 0;                                           // variance of the last measurement
-  int rejections = 0;                                     // in a row
-  unsigned char accepted = 0;                             // since the start, up to 5
+  double scale[3] = {0, 0, 0}, focal[3] = {0, 0, 0};  // d(error of x, y, chi) by either
+  double parallax2 = 0;                               // of the last motion [m^2]
+  double r = 0;                                       // variance of the last measurement
+  int rejections = 0;                                 // in a row
+  unsigned char accepted = 0;                         // since the start, up to 5
   Phase phase = Phase::unset;
+};
+
+/// What lasting errors do to the error of one point: d(error of x, y, chi) by the latency, the
+/// gyro's bias and the rotation of the mount.
+struct LastingErrors {
+  using Row = Eigen::Matrix<double, 1, 7>;
+
+  Eigen::Matrix<double, 3, 7> A = Eigen::Matrix<double, 3, 7>::Zero();
+  Row variance = Row::Zero();  // of the errors
+  Twist twist;                 // of the last motion
+  bool hasTwist = false;
+  bool exist = false;
+
+  explicit LastingErrors(const ErrorProfile& profile);
 };
 
 }  // namespace detail
@@ -74,9 +100,10 @@ struct FilterPoint {
 /// declared noise that is not there does not shift the depth. What they leave open of it is part of
 /// the reported sigma.
 ///
-/// Uncertainties that cannot be estimated (odometryScaleSigma, focalSigma) are considered (Schmidt
-/// 1966): the estimate is not touched, the sensitivity of its error to each is carried along, and
-/// reported variances contain sensitivity^2 sigma^2.
+/// Uncertainties that cannot be estimated (odometryScaleSigma, focalSigma) or that one point cannot
+/// tell quickly (`lasting`) are considered (Schmidt 1966): the estimate is not touched, the
+/// sensitivity of its error to each is carried along, and reported variances contain sensitivity^2
+/// sigma^2. SharedErrorFilter learns them.
 ///
 /// After a motion that is not known (`Motion::unknown`) the next measurement says where the point
 /// is, and nothing of its depth, whose sigma has grown (see `widened`).
@@ -98,7 +125,7 @@ class InverseDepthFilter : public DepthEstimator {
   using Options = InverseDepthFilterOptions;
 
   explicit InverseDepthFilter(const Options& options = {}, const DepthRange& range = {})
-      : options_(options), range_(range) {}
+      : options_(options), range_(range), lasting_(options.lasting) {}
 
   std::unique_ptr<DepthEstimator> clone() const override;
   void reset(const PointMeasurement& measurement, const DepthPrior& prior) override;
@@ -116,9 +143,13 @@ class InverseDepthFilter : public DepthEstimator {
   Eigen::Matrix3d covariance() const;
 
  private:
+  PointMeasurement asWhite(const PointMeasurement& measurement) const;
+  void followLasting(const Motion& motion, const PointState& before);
+
   Options options_;
   DepthRange range_;
   detail::FilterPoint point_;
+  detail::LastingErrors lasting_;
   OdometryNoise::Step step_;  // of the last motion
   double dt_ = 0;             // of the last motion [s]
 };

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "depthservo/depth/DepthEstimator.h"
+#include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/motion/ToldMotion.h"
 #include "depthservo/visp/visp.h"
 
@@ -47,9 +48,8 @@ enum class ServoDepth {
 /// finite, with Z within the range. One thread per object; copies are independent.
 class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
  public:
-  /// Observes with an InverseDepthFilter whose options are all at their defaults: odometry measured
-  /// to 1 %, at least 2 mm/s and 1 mrad/s. Give it a filter with your odometry's noise for an
-  /// honest sigma.
+  /// Observes with an InverseDepthFilter that considers the errors of ErrorProfile::arm(): precise
+  /// joints, a camera mounted by hand. For other robots see `setErrors`.
   FeaturePoint();
 
   /// Observes with a copy of `estimator`. \param range depths that may reach ViSP [m]
@@ -58,6 +58,11 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   FeaturePoint(const FeaturePoint& other);
   FeaturePoint& operator=(const FeaturePoint& other);
   ~FeaturePoint() override = default;
+
+  /// What errs on this robot, and so what sigma contains: ErrorProfile::typical() for wheels and a
+  /// gyro, ErrorProfile() for a perfect robot. Replaces the estimator; call it before the first
+  /// `observe`, later calls start the depth anew at the estimate.
+  void setErrors(const ErrorProfile& errors);
 
   /// Takes the camera twist (6: vx vy vz wx wy wz [m/s, rad/s], camera frame) that was applied for
   /// dt [s] since the previous image, and the x and y set since then. A twist of another size, a
@@ -142,7 +147,12 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   void publishDepth(const DepthEstimate& estimate);  // the same, of the depth alone
   double servoDepth() const;
 
+  void considerErrors();
+
   std::unique_ptr<DepthEstimator> estimator_;  // none in a group, which has one for all
+  bool hasErrors_ = false;                     // it is an InverseDepthFilter that considers errors_
+  ErrorProfile errors_;
+  double focal_px_;
   DepthRange range_;
   DepthEstimate estimate_;
   double sigma_;          // image noise, normalised
