@@ -20,6 +20,9 @@ using Phase = FilterPoint::Phase;
 /// The shared constants stay within this many sigma of their priors.
 constexpr double kFarthest = 6;
 
+/// Measurements over which their innovations are averaged.
+constexpr double kRemembered = 200;
+
 double nisOf(const Eigen::Matrix2d& S, const Eigen::Vector2d& nu) {
   return detail::nisOf(S(0, 0), S(0, 1), S(1, 1), nu(0), nu(1));
 }
@@ -148,7 +151,11 @@ void SharedErrorFilter::correctSeated(Slot& slot, const PointMeasurement& measur
   const double r = detail::measurementVariance(measurement.sigma);
   const Eigen::Vector2d nu = Eigen::Vector2d(measurement.x, measurement.y) - expected;
   const double nis = nisOf(HPH + r * Eigen::Matrix2d::Identity(), nu);
-  switch (detail::judge(point, nis, pointOptions_)) {
+  const Verdict verdict = detail::judge(point, nis, pointOptions_);
+  const int isRejected = verdict == Verdict::use ? 0 : 1;
+  rejected_ += isRejected;
+  rejectedShare_ += (isRejected - rejectedShare_) / kRemembered;
+  switch (verdict) {
     case Verdict::restart:
       start(slot, measurement, {1 / range_.clampChi(point.chi)});
       return;
@@ -158,7 +165,8 @@ void SharedErrorFilter::correctSeated(Slot& slot, const PointMeasurement& measur
     case Verdict::use:
       break;
   }
-  constexpr double kMemory = 1 - 1. / 200;  // values
+  constexpr double kMemory = 1 - 1 / kRemembered;
+  ++nisValues_;
   nisSum_ = kMemory * nisSum_ + std::min(nis, options_.gate);
   nisWeight_ = kMemory * nisWeight_ + 1;
   const Eigen::Matrix2d S =

@@ -94,6 +94,8 @@ void SharedErrorFilter::resetShared() {
   prior(jitter_, e.jitter_s);
   nisSum_ = 2;
   nisWeight_ = 1;
+  nisValues_ = rejected_ = 0;
+  rejectedShare_ = 0;
 }
 
 // --- Slots
@@ -300,7 +302,13 @@ double SharedErrorFilter::priorOf(int index) const {
 
 SharedErrorFilter::Shared SharedErrorFilter::shared(int index, double prior) const {
   if (index == kNone) return {};
-  return {values_(index), std::sqrt(std::max(P_(index, index), 0.)), prior};
+  return {values_(index), std::sqrt(std::max(P_(index, index), 0.)), prior, index};
+}
+
+double SharedErrorFilter::correlation(const Shared& a, const Shared& b) const {
+  if (a.index == kNone || b.index == kNone) return 0;
+  const double scale = a.sigma * b.sigma;
+  return scale > 0 ? P_(a.index, b.index) / scale : 0;
 }
 
 SharedErrorFilter::Shared SharedErrorFilter::latency() const {

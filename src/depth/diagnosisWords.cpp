@@ -47,9 +47,12 @@ constexpr Words kWords[] = {
     {Cause::clock, "clock", "s", nullptr, 1, kNotExplained},
     {Cause::unit, "unit", "", nullptr, 1, kNotExplained},
     {Cause::poseConvention, "pose-convention", "", nullptr, 1, kNotExplained},
-    {Cause::mount, "mount", "rad", nullptr, 1,
+    {Cause::mount, "mount", "rad", "a camera that is mounted otherwise than said", 1,
      "mount: the camera is turned by about %.4f rad against where it is said to be (evidence %.0f "
      "sigma, mean NIS %.2f of %d values); calibrate its pose on the robot"},
+    {Cause::slip, "slip", "", "wheels that slip", 100,
+     "slip: the wheels slip by about %.1f %% of the speed (1 sigma; evidence %.0f sigma, mean NIS "
+     "%.2f of %d values); declare it in an error profile, or drive more smoothly"},
     {Cause::noData, "no-data", "", nullptr, 1,
      "not judged: only %d measurements could be compared with the odometry"},
 };

@@ -1,6 +1,7 @@
 #include "observation/SelfDiagnosis.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "depthservo/depth/DepthForecast.h"
@@ -16,9 +17,33 @@ ConsistencyMonitor::Options monitorOptions(const OdometryNoise& odometry) {
   return options;
 }
 
-/// An error is a fault from this many times what is reckoned with (1 sigma), when it is known that
-/// well, after this time.
-constexpr double kBeyondProfile = 1.4, kKnown_sigma = 4, kLearning_s = 3;
+/// An error is a fault from this many times what is reckoned with (1 sigma; for a vector, of each
+/// of its components), when it is known that well, after this time.
+constexpr double kLatencyBeyond = 1.4, kFocalBeyond = 2, kGyroBeyond = 1.4, kMountBeyond = 1.75;
+constexpr double kKnown_sigma = 4, kLearning_s = 3;
+
+/// Images without which the learner's NIS says nothing.
+constexpr int kFewestImages = 30;
+
+/// The same of slip, of which there are few independent values, once the others are known.
+constexpr double kSlipBeyond = 1.8, kSlipLearning_s = 6;
+
+/// Errors that are correlated by more than this are not told apart.
+constexpr double kTied = 0.8;
+
+/// Share of measurements that a filter which reckons with the profile rejects, and mean NIS of the
+/// others, when the motion is not that of the images. Stamps that jitter much reach half of either.
+constexpr double kManyRejected = 0.3, kUnexplainedNis = 2.9;
+
+/// Mean NIS of that filter beyond which noise is larger than the profile's: what it has learnt of
+/// constant errors is then not known as well as it believes. Within the profile it is below 1.8.
+constexpr double kNoisy = 2.1;
+
+/// Rejections that good measurements may have.
+constexpr double kFewRejected = 5, kRejectedShare = 0.005;
+
+/// Where less than this share of the slip's variance is learnt, nothing is said of it.
+constexpr double kTellingSlip = 0.2;
 
 /// Innovations smaller than declared harm nobody: sigma is too large, that is all.
 bool isFault(const ConsistencyMonitor::Diagnosis& d) {
@@ -28,6 +53,37 @@ bool isFault(const ConsistencyMonitor::Diagnosis& d) {
 
 }  // namespace
 
+/// A learnt error against what is reckoned with.
+struct SelfDiagnosis::Learnt {
+  Cause cause;
+  double size = 0, times = 0, evidence = 0;  // times: of what counts as beyond the profile
+  SharedErrorFilter::Shared error;           // of a vector the component that is known best
+};
+
+SelfDiagnosis::Learnt SelfDiagnosis::learntOf(Cause cause, const SharedErrorFilter::Shared& e,
+                                              double beyond) {
+  if (!(e.prior > 0)) return {cause, 0, 0, 0, e};
+  const double size = std::abs(e.value);
+  return {cause, e.value, size / (beyond * e.prior), size / e.sigma, e};
+}
+
+SelfDiagnosis::Learnt SelfDiagnosis::learntOf(
+    Cause cause, const std::array<SharedErrorFilter::Shared, 3>& components, double beyond) {
+  Learnt learnt{cause, 0, 0, 0, components[0]};
+  if (!(components[0].prior > 0)) return learnt;
+  double square = 0;
+  for (const SharedErrorFilter::Shared& e : components) {
+    square += std::max(0., e.value * e.value - e.sigma * e.sigma);  // of what is known
+    const double evidence = std::abs(e.value) / e.sigma;
+    if (evidence <= learnt.evidence) continue;
+    learnt.evidence = evidence;
+    learnt.error = e;
+  }
+  learnt.size = std::sqrt(square);
+  learnt.times = learnt.size / (beyond * components[0].prior);
+  return learnt;
+}
+
 SelfDiagnosis::SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry, double sigma,
                              const DepthPrior& prior, const DepthRange& range,
                              const std::optional<JointStates>& joint,
@@ -36,34 +92,81 @@ SelfDiagnosis::SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry
       sigma_(sigma),
       joint_(joint),
       monitor_(capacity, monitorOptions(odometry), prior, range) {
-  if (errors) learner_.emplace(capacity, *errors, prior, range);
+  if (!errors) return;
+  learner_.emplace(capacity, *errors, prior, range);
+  slipTau_s_ = errors->errors.slip.tau_s;
 }
 
-/// With a profile: the monitor takes errors for white, so that of its verdicts only those on the
-/// motion as a whole count; the others come from a filter that learns the errors which last.
+/// With a profile: the monitor takes errors for white, so that of its verdicts only those count on
+/// which a filter that learns the lasting errors agrees; the others come from that filter.
 ConsistencyMonitor::Diagnosis SelfDiagnosis::diagnosis() const {
   ConsistencyMonitor::Diagnosis now = monitor_.diagnosis();
-  if (!learner_ || now.isMotion() || now.cause == Cause::outliers) return now;
+  if (!learner_ || isMotionWrong()) return now;
+  if (now.cause == Cause::outliers && hasOutliers()) return now;
+  const Cause white = now.cause, whiteRival = now.rival;
   now.meanNis = learner_->meanNis();
+  now.values = learner_->values();
+  now.rival = Cause::none;
   if (now.cause != Cause::noData) now.cause = Cause::none;
   if (!(time_s_ - first_s_ > kLearning_s)) return now;
-  double most = kBeyondProfile;
-  const auto consider = [&](Cause cause, const SharedErrorFilter::Shared& error) {
-    const double size = std::abs(error.value);
-    if (!(error.prior > 0) || size < kKnown_sigma * error.sigma || size < most * error.prior)
-      return;
-    most = size / error.prior;
-    now.cause = cause;
-    now.size = cause == Cause::latency || cause == Cause::focalLength ? error.value : size;
-    now.evidence = size / error.sigma;
-  };
-  consider(Cause::latency, learner_->latency());
-  for (int axis = 0; axis < 3; ++axis) {
-    consider(Cause::gyroBias, learner_->gyroBias(axis));
-    consider(Cause::mount, learner_->mount(axis));
+  if (nis_.mean() > kNoisy && nis_.images > kFewestImages) {
+    now.cause = Cause::noise;
+    now.size = nis_.mean() / 2;
+    now.evidence = (nis_.mean() - 2) * std::sqrt(nis_.images) / 2;  // points have it in common
+    return now;
   }
-  consider(Cause::focalLength, learner_->focal());
+  nameLearnt(now);
+  if (now.rival == Cause::none && now.cause == white) now.rival = whiteRival;
   return now;
+}
+
+bool SelfDiagnosis::isMotionWrong() const {
+  if (!monitor_.diagnosis().isMotion()) return false;
+  return !learner_ || learner_->rejectedShare() > kManyRejected ||
+         learner_->meanNis() > kUnexplainedNis;
+}
+
+bool SelfDiagnosis::hasOutliers() const {
+  const int rejected = learner_->rejected(), all = learner_->values() + rejected;
+  return rejected > kFewRejected + kRejectedShare * all;
+}
+
+/// Names the learnt error that exceeds what is reckoned with by most.
+void SelfDiagnosis::nameLearnt(ConsistencyMonitor::Diagnosis& d) const {
+  const SharedErrorFilter& f = *learner_;
+  const std::array<Learnt, 5> all{
+      learntOf(Cause::latency, f.latency(), kLatencyBeyond),
+      learntOf(Cause::focalLength, f.focal(), kFocalBeyond),
+      learntOf(Cause::gyroBias, {f.gyroBias(0), f.gyroBias(1), f.gyroBias(2)}, kGyroBeyond),
+      learntOf(Cause::mount, {f.mount(0), f.mount(1), f.mount(2)}, kMountBeyond), learntSlip()};
+  const Learnt* named = nullptr;
+  for (const Learnt& learnt : all) {
+    if (learnt.evidence < kKnown_sigma || learnt.times < (named ? named->times : 1)) continue;
+    named = &learnt;
+  }
+  if (!named) return;
+  d.cause = named->cause;
+  d.size = named->size;
+  d.evidence = named->evidence;
+  double closest = kTied;
+  for (const Learnt& other : all) {
+    const double tied = std::abs(f.correlation(named->error, other.error));
+    if (&other == named || tied < closest) continue;
+    closest = tied;
+    d.rival = other.cause;
+  }
+}
+
+/// How much the slip that was learnt exceeds what it would be with the profile's sigma.
+SelfDiagnosis::Learnt SelfDiagnosis::learntSlip() const {
+  Learnt learnt{Cause::slip, 0, 0, 0, learner_->slip()};
+  const double prior = learnt.error.prior;
+  if (!(expectedSlip2_ > kTellingSlip * prior * prior * slipped_s_)) return learnt;
+  const double ratio = slipped2_ / expectedSlip2_;
+  learnt.size = std::sqrt(ratio) * prior;
+  learnt.times = std::sqrt(ratio) / kSlipBeyond;
+  learnt.evidence = (ratio - 1) * std::sqrt(slipped_s_ / (2 * slipTau_s_));  // independent values
+  return learnt;
 }
 
 std::optional<std::string> SelfDiagnosis::update(
@@ -82,6 +185,16 @@ std::optional<std::string> SelfDiagnosis::update(
   if (learner_) {
     learner_->advance(odometry, time_s);
     learner_->correct(observations);
+    if (time_s - first_s_ > kLearning_s) {
+      nis_.sum += learner_->meanNis();
+      ++nis_.images;
+    }
+    const SharedErrorFilter::Shared slip = learner_->slip();
+    if (slip.prior > 0 && time_s - first_s_ > kSlipLearning_s) {
+      slipped2_ += motion.dt * slip.value * slip.value;
+      expectedSlip2_ += motion.dt * (slip.prior * slip.prior - slip.sigma * slip.sigma);
+      slipped_s_ += motion.dt;
+    }
   }
   varianceFactor_ = std::max(varianceFactor_, varianceFactor());
 
@@ -103,7 +216,7 @@ std::optional<std::string> SelfDiagnosis::update(
 }
 
 double SelfDiagnosis::varianceFactor() const {
-  if (learner_ && !monitor_.diagnosis().isMotion()) return 1;
+  if (learner_ && !isMotionWrong()) return 1;
   const bool isCompensated = joint_ && joint_->estimates(monitor_.diagnosis().cause);
   return isCompensated ? 1 : monitor_.varianceFactor();
 }

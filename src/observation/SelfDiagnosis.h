@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,8 +55,25 @@ class SelfDiagnosis {
   std::vector<RunDiagnosis> named_;  // by cause
   double varianceFactor() const;
   ConsistencyMonitor::Diagnosis diagnosis() const;
+  bool isMotionWrong() const;
+  bool hasOutliers() const;
+
+  struct Learnt;
+  static Learnt learntOf(ConsistencyMonitor::Cause cause, const SharedErrorFilter::Shared& error,
+                         double beyond);
+  static Learnt learntOf(ConsistencyMonitor::Cause cause,
+                         const std::array<SharedErrorFilter::Shared, 3>& components, double beyond);
+  Learnt learntSlip() const;
+  void nameLearnt(ConsistencyMonitor::Diagnosis& d) const;
 
   double varianceFactor_ = 1;  // greatest
+  struct {
+    double sum = 0;
+    int images = 0;
+    double mean() const { return images > 0 ? sum / images : 2; }
+  } nis_;                                    // of the learner, once it has learnt
+  double slipped2_ = 0, expectedSlip2_ = 0;  // slip^2 over time: learnt, and by the profile [s]
+  double slipped_s_ = 0, slipTau_s_ = 0;
 };
 
 }  // namespace depthservo

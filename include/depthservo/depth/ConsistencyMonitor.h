@@ -57,11 +57,13 @@ class ConsistencyMonitor {
     unit,    ///< the same, and explained by another unit; size: factor for the motion [-]
     poseConvention,  ///< the same, and explained by poses of another convention
     mount,   ///< the camera is mounted otherwise than said; size: angle [rad]. Not of this monitor
+    slip,    ///< the wheels slip; size: 1 sigma, a share of the speed [-]. Not of this monitor
     noData,  ///< too few measurements could be compared; size: their number
   };
 
   /// As printed: none | latency | gyro-bias | focal-length | moving-target | outliers | noise |
-  /// motion | frame | clock | unit | pose-convention | mount | no-data.
+  /// motion | frame | clock | unit | pose-convention | mount | slip |
+  /// no-data.
   static const char* toString(Cause cause);
   /// Unit of the size: "s", "rad/s", "rad", "m/s" or "" for ratios and numbers.
   static const char* unitOf(Cause cause);

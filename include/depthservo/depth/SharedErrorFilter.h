@@ -52,6 +52,7 @@ struct SharedErrorFilterOptions {
 class SharedErrorFilter : public PointSetEstimator {
  public:
   using Options = SharedErrorFilterOptions;
+  static constexpr int kNone = -1;
 
   /// \param capacity greatest number of points
   /// \param prior for points without one of their own
@@ -74,17 +75,25 @@ class SharedErrorFilter : public PointSetEstimator {
   struct Shared {
     double value = 0, sigma = 0;  ///< the prior's until it is learnt
     double prior = 0;             ///< 1 sigma; 0: not in the profile
+    int index = kNone;            ///< for `correlation`
   };
   Shared latency() const;           ///< t_d [s], > 0: images are late
   Shared gyroBias(int axis) const;  ///< [rad/s], axis 0..2
   Shared mount(int axis) const;     ///< [rad], axis 0..2
   Shared focal() const;             ///< kappa - 1 [-]
+  Shared slip() const;              ///< [-]
+  /// Of the errors of what has been learnt; near 1 or -1 when the motion does not tell them apart.
+  double correlation(const Shared& a, const Shared& b) const;
+
   /// Of the latest innovations of the points at places; 2 when the profile is right.
   double meanNis() const { return nisSum_ / nisWeight_; }
-  Shared slip() const;  ///< [-]
+  /// How many of their measurements were used since the start, and how many rejected.
+  int values() const { return nisValues_; }
+  int rejected() const { return rejected_; }
+  /// Share of the latest measurements of these points that was rejected.
+  double rejectedShare() const { return rejectedShare_; }
 
  private:
-  static constexpr int kNone = -1;
   static constexpr int kMostConstants = 9, kMostShared = 11;
   using ByShared = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostShared>;
   using ByConstants = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostConstants>;
@@ -175,7 +184,8 @@ class SharedErrorFilter : public PointSetEstimator {
   std::vector<Eigen::Matrix<double, 3, 6>> G_;  // by unit noise of the odometry
   Eigen::MatrixXd U_, K_, W_;  // of one correction, n x 2; of one prediction, n x 3
 
-  double nisSum_ = 2, nisWeight_ = 1;
+  double nisSum_ = 2, nisWeight_ = 1, rejectedShare_ = 0;
+  int nisValues_ = 0, rejected_ = 0;
   Twist twist_;                // at the last exposure, corrected
   OdometryNoise::Step noise_;  // of the last motion
   double dt_ = 0;              // of the last motion [s]
