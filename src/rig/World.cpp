@@ -190,6 +190,20 @@ bool World::isHidden(std::size_t point) const {
       [&](const HiddenPeriod& hidden) { return hidden.covers(time_s_, static_cast<int>(point)); });
 }
 
+/// By how much a point is seen elsewhere as its row of the image is exposed later than the first
+/// [px].
+Eigen::Vector2d World::shiftByReadout(std::size_t point) const {
+  const PinholeCamera camera = options_.camera.truePinhole();
+  const Eigen::Vector3d first = cMo() * options_.target.points[point];
+  if (!(first.z() > 0)) return Eigen::Vector2d::Zero();
+  const Eigen::Vector2d seen = camera.toPixel(first.x() / first.z(), first.y() / first.z());
+  const double row = std::clamp(seen.y() / options_.camera.height, 0., 1.);
+  const Motion later = Motion::fromTwist(twistRelativeToTarget(), row * options_.sensing.readout);
+  const Eigen::Vector3d then = later.R * first + later.t;
+  if (!(then.z() > 0)) return Eigen::Vector2d::Zero();
+  return camera.toPixel(then.x() / then.z(), then.y() / then.z()) - seen;
+}
+
 std::vector<Eigen::Vector2d> World::pixelErrors() {
   const SensingOptions& sensing = options_.sensing;
   const Eigen::VectorXd& wander = wander_.at(time_s_);
@@ -197,6 +211,7 @@ std::vector<Eigen::Vector2d> World::pixelErrors() {
   errors.reserve(options_.target.points.size());
   for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
     Eigen::Vector2d error = wander.segment<2>(2 * static_cast<Eigen::Index>(i));
+    if (sensing.readout > 0) error += shiftByReadout(i);
     if (sensing.pixel_noise > 0) error += sensing.pixel_noise * gaussian2();
     if (sensing.outliers > 0) {
       std::uniform_real_distribution<double> fraction;

@@ -66,6 +66,7 @@ class World {
   }
   std::vector<TruePoint> seenAt(const Eigen::Isometry3d& cMo) const;
   std::vector<Eigen::Vector2d> pixelErrors();
+  Eigen::Vector2d shiftByReadout(std::size_t point) const;
   bool isHidden(std::size_t point) const;
   void printTags(SyntheticView& view) const;
   void moveTarget(double until_s);

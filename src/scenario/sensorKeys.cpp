@@ -91,6 +91,11 @@ void describe(Fields& f, SensingOptions& sensing) {
        "1 sigma of the stamp of each image, white, but never more than 0.4 of the time between "
        "images; simulated error, the estimator is not informed"},
       sensing.stamp_jitter, {0, 1}, "s");
+  f.number(
+      {"readout",
+       "rolling shutter: how much later than the first row of an image the last is exposed, each "
+       "point as a whole; the estimator is informed by `readout` of an error profile"},
+      sensing.readout, {0, 0.1}, "s");
   f.section({"wander",
              "slow error of every measured position, each axis of each point by itself (drift of a "
              "template); simulated error, the estimator is not informed"},

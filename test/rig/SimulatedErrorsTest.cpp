@@ -217,6 +217,33 @@ TEST(SimulatedErrors, stamps_jitter_and_stay_in_order) {
   }
 }
 
+TEST(SimulatedErrors, rows_of_a_rolling_shutter_are_exposed_later_one_by_one) {
+  constexpr double kReadout_s = 0.03;
+  const Twist twist{{.2, -.1, .1}, {.1, .2, .3}};
+  SimulatedRigOptions rig = options(1);
+  rig.sensing.readout = kReadout_s;
+  const Recording rolling = recorded(rig, twist);
+  rig.sensing.readout = 0;
+  rig.camera.rate = {2000};
+  const Recording global = recorded(rig, twist);
+  double largest_px = 0;
+  for (std::size_t k = 5; k < 25; ++k) {
+    const Exposure& exposure = rolling.exposures[k];
+    for (const TrackedPoint& point : exposure.points) {
+      const auto at = [&](double time_s) {
+        const auto image = static_cast<std::size_t>(std::lround(2000 * time_s));
+        return global.exposures.at(image).points.at(static_cast<std::size_t>(point.id));
+      };
+      const TrackedPoint first = at(exposure.time_s);
+      const TrackedPoint then = at(exposure.time_s + kReadout_s * first.v / rig.camera.height);
+      EXPECT_NEAR(point.u, then.u, .1);  // 2000 images a second are 0.25 ms from its time at most
+      EXPECT_NEAR(point.v, then.v, .1);
+      largest_px = std::max(largest_px, std::hypot(then.u - first.u, then.v - first.v));
+    }
+  }
+  EXPECT_GT(largest_px, 1);
+}
+
 TEST(SimulatedErrors, a_latency_that_is_drawn_comes_on_top_and_is_never_negative) {
   const std::vector<double> latencies = overSeeds(300, [](unsigned seed) {
     SimulatedRigOptions rig = options(0.2, seed);

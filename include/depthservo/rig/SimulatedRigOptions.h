@@ -71,6 +71,7 @@ struct SensingOptions {
   double latency_drawn =
       0;  ///< 1 sigma of what is added to the latency, drawn by the seed, >= 0 [s]
   double stamp_jitter = 0;      ///< 1 sigma of the stamp of each image, white [s]
+  double readout = 0;           ///< rolling shutter: from the first row to the last [s]
   LastingError wander{0, 0.7};  ///< of every measured position, each axis by itself [px]
   double gray_noise = 0;        ///< 1 sigma [gray levels]
   double exposure = 0;          ///< motion blur lasts this long [s]
