@@ -18,17 +18,10 @@ constexpr double kUnknown = 1e3;
 /// Variance of an image coordinate that was never measured: far outside any image.
 constexpr double kUnseen = 1e3;
 
-/// The shared states, in this order.
-enum Shared {
-  kLatency,
-  kBias,
-  kMount = kBias + 3,
-  kFocal = kMount + 3,
-  kScale,
-  kSlip,
-  kPose,
-  kJitter = kPose + 6,
-  kSharedStates
+/// Rows of the shared states, from the first.
+struct SharedRow {
+  static constexpr Eigen::Index latency = 0, bias = 1, mount = 4, focal = 7, scale = 8, slip = 9,
+                                pose = 10, jitter = 16, count = 17;
 };
 
 /// Whether any error of a profile is a state of its own.
@@ -48,7 +41,7 @@ CramerRaoBound::CramerRaoBound(std::vector<PointState> points, double sigma_chi,
       wander_(errors.wander_px.sigma / focal_px) {
   const auto n = static_cast<Eigen::Index>(points_.size());
   shared_ = 3 * n;
-  wanders_ = shared_ + (lasts(errors) ? kSharedStates : 0);
+  wanders_ = shared_ + (lasts(errors) ? Eigen::Index(SharedRow::count) : 0);
   const Eigen::Index rows = wanders_ + (lasts(errors) ? 2 * n : 0);
   P_ = Eigen::MatrixXd::Zero(rows, rows);
   const double sigma = std::min(sigma_chi, kUnknown);
@@ -56,15 +49,15 @@ CramerRaoBound::CramerRaoBound(std::vector<PointState> points, double sigma_chi,
     P_.diagonal().segment<3>(3 * i) << kUnseen, kUnseen, sigma * sigma;
   }
   if (!lasts(errors)) return;
-  renew(shared_ + kLatency, 1, errors.latency_s, 0);
-  renew(shared_ + kBias, 3, errors.gyroBias_rad_s, 0);
-  renew(shared_ + kMount, 3, errors.mount_rad, 0);
-  renew(shared_ + kFocal, 1, errors.focal, 0);
-  renew(shared_ + kScale, 1, errors.scale, 0);
-  renew(shared_ + kSlip, 1, errors.slip.sigma, 0);
-  renew(shared_ + kPose, 3, errors.position_m, 0);
-  renew(shared_ + kPose + 3, 3, errors.angle_rad, 0);
-  renew(shared_ + kJitter, 1, errors.jitter_s, 0);
+  renew(shared_ + SharedRow::latency, 1, errors.latency_s, 0);
+  renew(shared_ + SharedRow::bias, 3, errors.gyroBias_rad_s, 0);
+  renew(shared_ + SharedRow::mount, 3, errors.mount_rad, 0);
+  renew(shared_ + SharedRow::focal, 1, errors.focal, 0);
+  renew(shared_ + SharedRow::scale, 1, errors.scale, 0);
+  renew(shared_ + SharedRow::slip, 1, errors.slip.sigma, 0);
+  renew(shared_ + SharedRow::pose, 3, errors.position_m, 0);
+  renew(shared_ + SharedRow::pose + 3, 3, errors.angle_rad, 0);
+  renew(shared_ + SharedRow::jitter, 1, errors.jitter_s, 0);
   renew(wanders_, 2 * n, wander_, 0);
 }
 
@@ -97,10 +90,10 @@ void CramerRaoBound::advance(const Motion& motion, const OdometryNoise& odometry
     F.block<3, 3>(k, k) = J;
     G.block<3, 6>(k, 0) = L * sigma.asDiagonal();
     if (wanders_ > shared_) {
-      F.block<3, 1>(k, shared_ + kLatency) = -L * change;
-      F.block<3, 3>(k, shared_ + kBias) = -motion.dt * L.rightCols<3>();
-      F.block<3, 3>(k, shared_ + kMount) = motion.dt * detail::byMount(L, twist);
-      F.block<3, 1>(k, shared_ + kScale) = F.block<3, 1>(k, shared_ + kSlip) =
+      F.block<3, 1>(k, shared_ + SharedRow::latency) = -L * change;
+      F.block<3, 3>(k, shared_ + SharedRow::bias) = -motion.dt * L.rightCols<3>();
+      F.block<3, 3>(k, shared_ + SharedRow::mount) = motion.dt * detail::byMount(L, twist);
+      F.block<3, 1>(k, shared_ + SharedRow::scale) = F.block<3, 1>(k, shared_ + SharedRow::slip) =
           points_[i].chi * J.col(2) - Eigen::Vector3d(0, 0, next.chi);
     }
     points_[i] = next;
@@ -108,10 +101,10 @@ void CramerRaoBound::advance(const Motion& motion, const OdometryNoise& odometry
   P_ = F * P_ * F.transpose() + G * G.transpose();
   if (wanders_ == shared_) return;
   const GaussMarkov pose{1, errors_.poseTau_s};
-  renew(shared_ + kSlip, 1, errors_.slip.sigma, errors_.slip.kept(motion.dt));
-  renew(shared_ + kPose, 3, errors_.position_m, pose.kept(motion.dt));
-  renew(shared_ + kPose + 3, 3, errors_.angle_rad, pose.kept(motion.dt));
-  renew(shared_ + kJitter, 1, errors_.jitter_s, 0);
+  renew(shared_ + SharedRow::slip, 1, errors_.slip.sigma, errors_.slip.kept(motion.dt));
+  renew(shared_ + SharedRow::pose, 3, errors_.position_m, pose.kept(motion.dt));
+  renew(shared_ + SharedRow::pose + 3, 3, errors_.angle_rad, pose.kept(motion.dt));
+  renew(shared_ + SharedRow::jitter, 1, errors_.jitter_s, 0);
   renew(wanders_, n - wanders_, wander_, errors_.wander_px.kept(motion.dt));
 }
 
@@ -124,9 +117,9 @@ void CramerRaoBound::measure(std::size_t i, double sigma) {
   if (wanders_ > shared_) {
     const PointState& p = points_[i];
     const Eigen::Matrix<double, 2, 6> L = rateByTwist(p).topRows<2>();
-    H.col(shared_ + kFocal) << p.x, p.y;
-    H.middleCols<6>(shared_ + kPose) = L;
-    if (hasTwist_) H.col(shared_ + kJitter) = -L * twist_.vector();
+    H.col(shared_ + SharedRow::focal) << p.x, p.y;
+    H.middleCols<6>(shared_ + SharedRow::pose) = L;
+    if (hasTwist_) H.col(shared_ + SharedRow::jitter) = -L * twist_.vector();
     H.middleCols<2>(wanders_ + 2 * static_cast<Eigen::Index>(i)).setIdentity();
   }
   const Eigen::MatrixXd PH = P_ * H.transpose();

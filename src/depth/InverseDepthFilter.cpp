@@ -14,8 +14,6 @@ using detail::ConsideredVariances;
 using detail::LastingErrors;
 using Phase = detail::FilterPoint::Phase;
 
-constexpr int kLatency = 0, kBias = 1, kMount = 4;  // first columns of LastingErrors::A
-
 /// What lasting errors add to the variances.
 ConsideredVariances variancesOf(const LastingErrors& errors) {
   if (!errors.exist) return {};
@@ -30,9 +28,10 @@ ConsideredVariances variancesOf(const LastingErrors& errors) {
 namespace detail {
 
 LastingErrors::LastingErrors(const ErrorProfile& profile) {
-  variance(kLatency) = profile.latency_s * profile.latency_s;
-  variance.segment<3>(kBias).setConstant(profile.gyroBias_rad_s * profile.gyroBias_rad_s);
-  variance.segment<3>(kMount).setConstant(profile.mount_rad * profile.mount_rad);
+  variance(LastingErrors::kLatency) = profile.latency_s * profile.latency_s;
+  variance.segment<3>(LastingErrors::kBias)
+      .setConstant(profile.gyroBias_rad_s * profile.gyroBias_rad_s);
+  variance.segment<3>(LastingErrors::kMount).setConstant(profile.mount_rad * profile.mount_rad);
   exist = !variance.isZero(0);
 }
 
@@ -87,9 +86,9 @@ void InverseDepthFilter::followLasting(const Motion& motion, const PointState& b
   const PointState after{point_.x, point_.y, point_.chi};
   const Eigen::Matrix<double, 3, 6> L = rateByTwist(after);
   lasting_.A = flowJacobian(motion, before, after) * lasting_.A;
-  lasting_.A.col(kLatency) -= L * change;
-  lasting_.A.middleCols<3>(kBias) -= motion.dt * L.rightCols<3>();
-  lasting_.A.middleCols<3>(kMount) += motion.dt * detail::byMount(L, twist);
+  lasting_.A.col(LastingErrors::kLatency) -= L * change;
+  lasting_.A.middleCols<3>(LastingErrors::kBias) -= motion.dt * L.rightCols<3>();
+  lasting_.A.middleCols<3>(LastingErrors::kMount) += motion.dt * detail::byMount(L, twist);
 }
 
 /// The measurement with those errors as white noise that are not considered.

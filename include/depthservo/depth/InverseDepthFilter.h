@@ -65,6 +65,7 @@ struct FilterPoint {
 /// gyro's bias and the rotation of the mount.
 struct LastingErrors {
   using Row = Eigen::Matrix<double, 1, 7>;
+  static constexpr int kLatency = 0, kBias = 1, kMount = 4;  // first columns
 
   Eigen::Matrix<double, 3, 7> A = Eigen::Matrix<double, 3, 7>::Zero();
   Row variance = Row::Zero();  // of the errors
