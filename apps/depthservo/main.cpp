@@ -25,6 +25,7 @@ Examples:
   depthservo live --source 0 --camera camera.yaml --target target.yaml --twist twists.fifo
   depthservo target dots --out dots.pdf > target.yaml               a plate to print, in its true size
   depthservo noise still-recording                                  the pixel noise of your camera
+  depthservo calibrate my-drive --out robot.yaml                    errors of your robot, for --errors
   depthservo gains --law observer --fps 30 --kappa 0.1              gains for a camera's frame rate
 
 Exit codes: 0 as expected (or converged, or timeout), 1 not as expected, 2 bad arguments or input,

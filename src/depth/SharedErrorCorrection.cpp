@@ -58,7 +58,8 @@ void SharedErrorFilter::correct(const std::vector<PointObservation>& observation
 void SharedErrorFilter::moveAlone() {
   for (int i = 0; i < constants_; ++i) {
     const double limit = kFarthest * priorOf(i);
-    values_(i) = std::clamp(values_(i), -limit, limit);
+    const double middle = calibrated(i);
+    values_(i) = std::clamp(values_(i), middle - limit, middle + limit);
   }
   for (std::size_t i = 0; i < size_; ++i) {
     Slot& slot = slots_[i];
@@ -151,6 +152,8 @@ void SharedErrorFilter::correctSeated(Slot& slot, const PointMeasurement& measur
   const double r = detail::measurementVariance(measurement.sigma);
   const Eigen::Vector2d nu = Eigen::Vector2d(measurement.x, measurement.y) - expected;
   const double nis = nisOf(HPH + r * Eigen::Matrix2d::Identity(), nu);
+  const Eigen::Matrix2d whole = HPH + r * Eigen::Matrix2d::Identity();
+  cost_ += 0.5 * (std::min(nis, options_.gate) + std::log(std::max(whole.determinant(), 1e-300)));
   const Verdict verdict = detail::judge(point, nis, pointOptions_);
   const int isRejected = verdict == Verdict::use ? 0 : 1;
   rejected_ += isRejected;

@@ -79,15 +79,18 @@ void SharedErrorFilter::reset() {
 void SharedErrorFilter::resetShared() {
   const ErrorProfile& e = options_.errors;
   values_.setZero();
-  before_.setZero();
+  for (int i = 0; i < constants_; ++i) values_(i) = calibrated(i);
+  before_ = values_.head(constants_);
   P_.setZero();
-  const auto prior = [this](int index, double sigma, int count = 1) {
+  const auto prior = [this](int index, double sigma) {
     if (index == kNone) return;
-    P_.diagonal().segment(index, count).setConstant(sigma * sigma);
+    P_(index, index) = sigma * sigma;
   };
   prior(latency_, e.latency_s);
-  prior(bias_, e.gyroBias_rad_s, 3);
-  prior(mount_, e.mount_rad, 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (bias_ != kNone) prior(bias_ + axis, e.gyroBiasSigma(axis));
+    if (mount_ != kNone) prior(mount_ + axis, e.mountSigma(axis));
+  }
   prior(focal_, e.focal);
   prior(scale_, e.scale);
   prior(slip_, e.slip.sigma);
@@ -96,6 +99,7 @@ void SharedErrorFilter::resetShared() {
   nisWeight_ = 1;
   nisValues_ = rejected_ = 0;
   rejectedShare_ = 0;
+  cost_ = 0;
 }
 
 // --- Slots
@@ -296,8 +300,17 @@ double SharedErrorFilter::priorOf(int index) const {
   return index == latency_ ? e.latency_s
          : index == focal_ ? e.focal
          : index == scale_ ? e.scale
-         : isMount(index)  ? e.mount_rad
-                           : e.gyroBias_rad_s;
+         : isMount(index)  ? e.mountSigma(index - mount_)
+                           : e.gyroBiasSigma(index - bias_);
+}
+
+double SharedErrorFilter::calibrated(int index) const {
+  const ErrorProfile::Values& v = options_.errors.values;
+  return index == latency_ ? v.latency_s
+         : index == focal_ ? v.focal
+         : index == scale_ ? v.scale
+         : isMount(index)  ? v.mount_rad(index - mount_)
+                           : v.gyroBias_rad_s(index - bias_);
 }
 
 SharedErrorFilter::Shared SharedErrorFilter::shared(int index, double prior) const {
@@ -316,11 +329,11 @@ SharedErrorFilter::Shared SharedErrorFilter::latency() const {
 }
 
 SharedErrorFilter::Shared SharedErrorFilter::gyroBias(int axis) const {
-  return shared(bias_ == kNone ? kNone : bias_ + axis, options_.errors.gyroBias_rad_s);
+  return shared(bias_ == kNone ? kNone : bias_ + axis, options_.errors.gyroBiasSigma(axis));
 }
 
 SharedErrorFilter::Shared SharedErrorFilter::mount(int axis) const {
-  return shared(mount_ == kNone ? kNone : mount_ + axis, options_.errors.mount_rad);
+  return shared(mount_ == kNone ? kNone : mount_ + axis, options_.errors.mountSigma(axis));
 }
 
 SharedErrorFilter::Shared SharedErrorFilter::focal() const {

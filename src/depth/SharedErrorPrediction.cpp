@@ -80,7 +80,7 @@ SharedErrorFilter::Step SharedErrorFilter::stepTo(const MotionBuffer& odometry,
     }
   }
   if (bias_ != kNone) detail::takeOutBias(motion, values_.segment<3>(bias_));
-  motion.t *= 1 + value(slip_);
+  motion.t *= 1 + value(slip_) + value(scale_);
   if (mount_ != kNone) {
     const Eigen::Matrix3d mount = rotation(-values_.segment<3>(mount_));
     step.mount = mount;
@@ -104,7 +104,7 @@ SharedErrorFilter::ByShared SharedErrorFilter::bySharedErrors(const Step& step,
   if (mount_ != kNone) C.middleCols<3>(mount_) = dt * detail::byMount(L, step.twist);
   const Eigen::Vector3d byScale = before.chi * F.col(2) - Eigen::Vector3d(0, 0, after.chi);
   if (scale_ != kNone) C.col(scale_) = byScale;
-  if (slip_ != kNone) C.col(slip_) = byScale / (1 + values_(slip_));
+  if (slip_ != kNone) C.col(slip_) = byScale / (1 + values_(slip_) + value(scale_));
   return C;
 }
 

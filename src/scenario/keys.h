@@ -17,6 +17,7 @@ void describe(detail::Fields& f, ObservationOptions& observation);
 
 /// The keys of a file of errors.
 void describe(detail::Fields& f, ErrorProfile& errors);
+void describe(detail::Fields& f, ErrorProfile::Values& values);
 
 // The sections.
 

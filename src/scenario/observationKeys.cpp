@@ -134,6 +134,19 @@ void describeOdometryNoise(Fields& f, ObservationOptions& options) {
 
 }  // namespace
 
+void describe(Fields& f, ErrorProfile::Values& v) {
+  f.number({"scale", "true = (1 + scale) measured"}, v.scale, {-0.9, 10}, "");
+  f.number({"latency", "> 0: images are stamped late"}, v.latency_s, {-2, 2}, "s");
+  f.number({"focal", "true = (1 + focal) given"}, v.focal, {-0.9, 10}, "");
+  f.numbers({"gyro_bias", "measured = true + bias, camera frame"}, v.gyroBias_rad_s, {-1, 1},
+            "rad/s");
+  f.numbers({"gyro_bias_sigma", "of each axis; 0: `gyro_bias` above"}, v.gyroBiasSigma_rad_s,
+            {0, 1}, "rad/s");
+  f.numbers({"mount", "rotation vector of the camera against where it is said to be mounted"},
+            v.mount_rad, {-1, 1}, "rad");
+  f.numbers({"mount_sigma", "of each axis; 0: `mount` above"}, v.mountSigma_rad, {0, 1}, "rad");
+}
+
 void describe(Fields& f, ErrorProfile& e) {
   f.number(
       {"scale", "of the translation, constant: true = (1 + scale) measured; no image tells it"},
@@ -162,6 +175,10 @@ void describe(Fields& f, ErrorProfile& e) {
               pose.number({"tau", "how long it lasts (correlation time); 0: anew in each image"},
                           e.poseTau_s, {0, 1000}, "s");
             });
+  f.section({"values",
+             "what the constants are, by `calibrate`; the sizes above are then those of "
+             "what is left"},
+            [&](Fields& values) { describe(values, e.values); });
 }
 
 void describe(Fields& f, EstimatorOptions& depth) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+
 #include "depthservo/motion/OdometryNoise.h"
 
 namespace depthservo {
@@ -45,12 +47,31 @@ struct ErrorProfile {
   /// per axis.
   double position_m = 0, angle_rad = 0, poseTau_s = 0;
 
+  /// What the constants are, by calibration; the sizes above are then those of their errors. A
+  /// sigma of an axis that is not above 0 is the size above.
+  struct Values {
+    double scale = 0, latency_s = 0, focal = 0;
+    Eigen::Vector3d gyroBias_rad_s = Eigen::Vector3d::Zero(), mount_rad = Eigen::Vector3d::Zero();
+    Eigen::Vector3d gyroBiasSigma_rad_s = Eigen::Vector3d::Zero(),
+                    mountSigma_rad = Eigen::Vector3d::Zero();
+  } values;
+
+  double gyroBiasSigma(int axis) const {
+    return sigmaOf(values.gyroBiasSigma_rad_s, axis, gyroBias_rad_s);
+  }
+  double mountSigma(int axis) const { return sigmaOf(values.mountSigma_rad, axis, mount_rad); }
+
   /// A wheeled robot with a gyro, calibrated as well as one usually does.
   static ErrorProfile typical();
   /// An arm: precise joints, a camera mounted by hand.
   static ErrorProfile arm();
   /// Motion from poses: motion capture, visual SLAM, an arm's forward kinematics.
   static ErrorProfile poses();
+
+ private:
+  static double sigmaOf(const Eigen::Vector3d& own, int axis, double common) {
+    return own(axis) > 0 ? own(axis) : common;
+  }
 };
 
 }  // namespace depthservo

@@ -92,6 +92,11 @@ class SharedErrorFilter : public PointSetEstimator {
   int rejected() const { return rejected_; }
   /// Share of the latest measurements of these points that was rejected.
   double rejectedShare() const { return rejectedShare_; }
+  /// Negative logarithm of the likelihood of the innovations at places since the start, per
+  /// innovation, without its constant; outliers count as if they were at the gate. 0: there were
+  /// none.
+  double cost() const { return innovations() > 0 ? cost_ / innovations() : 0; }
+  int innovations() const { return nisValues_ + rejected_; }
 
  private:
   static constexpr int kMostConstants = 9, kMostShared = 11;
@@ -159,7 +164,8 @@ class SharedErrorFilter : public PointSetEstimator {
     AP = A.lazyProduct(P_.topLeftCorner(constants_, constants_));
     return AP.lazyProduct(A.transpose());
   }
-  double priorOf(int index) const;  // of a constant
+  double priorOf(int index) const;     // of a constant
+  double calibrated(int index) const;  // likewise
   Shared shared(int index, double prior) const;
 
   Options options_;
@@ -186,6 +192,7 @@ class SharedErrorFilter : public PointSetEstimator {
 
   double nisSum_ = 2, nisWeight_ = 1, rejectedShare_ = 0;
   int nisValues_ = 0, rejected_ = 0;
+  double cost_ = 0;
   Twist twist_;                // at the last exposure, corrected
   OdometryNoise::Step noise_;  // of the last motion
   double dt_ = 0;              // of the last motion [s]
