@@ -47,11 +47,11 @@ struct Recording {
       Image image{frame.time_s, {}};
       for (const FeatureRecord& f : frame.features) {
         if (!f.measured || std::find(ids.begin(), ids.end(), f.id) == ids.end()) continue;
-        const double sigma_px = f.sigma_px > 0 ? f.sigma_px : 0.5;
-        squares += sigma_px * sigma_px;
+        const double sigma = f.sigma_px > 0 ? f.sigma_px : 0.5;
+        squares += sigma * sigma;
         ++count;
         const Eigen::Vector2d point = camera.normalise(f.u, f.v);
-        image.points.push_back({f.id, {point.x(), point.y(), sigma_px / focal_px}});
+        image.points.push_back({f.id, {point.x(), point.y(), sigma / focal_px}});
       }
       images.push_back(std::move(image));
     }
