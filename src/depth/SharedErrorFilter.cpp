@@ -315,7 +315,8 @@ double SharedErrorFilter::calibrated(int index) const {
 
 SharedErrorFilter::Shared SharedErrorFilter::shared(int index, double prior) const {
   if (index == kNone) return {};
-  return {values_(index), std::sqrt(std::max(P_(index, index), 0.)), prior, index};
+  const double expected = index < constants_ ? calibrated(index) : 0;
+  return {values_(index), std::sqrt(std::max(P_(index, index), 0.)), prior, index, expected};
 }
 
 double SharedErrorFilter::correlation(const Shared& a, const Shared& b) const {

@@ -186,7 +186,7 @@ class Fit {
     const auto cost = [&](double by) {
       level = middle * std::exp(by);
       const SharedErrorFilter filter = run(errors_, pixels_);
-      return filter.cost() * static_cast<double>(filter.innovations());
+      return filter.cost() * filter.innovations();
     };
     const double below = cost(-step), here = cost(0), above = cost(step);
     const double slope = (above - below) / (2 * step);

@@ -63,7 +63,7 @@ struct SelfDiagnosis::Learnt {
 SelfDiagnosis::Learnt SelfDiagnosis::learntOf(Cause cause, const SharedErrorFilter::Shared& e,
                                               double beyond) {
   if (!(e.prior > 0)) return {cause, 0, 0, 0, e};
-  const double size = std::abs(e.value);
+  const double size = std::abs(e.value - e.expected);
   return {cause, e.value, size / (beyond * e.prior), size / e.sigma, e};
 }
 
@@ -73,8 +73,9 @@ SelfDiagnosis::Learnt SelfDiagnosis::learntOf(
   if (!(components[0].prior > 0)) return learnt;
   double square = 0;
   for (const SharedErrorFilter::Shared& e : components) {
-    square += std::max(0., e.value * e.value - e.sigma * e.sigma);  // of what is known
-    const double evidence = std::abs(e.value) / e.sigma;
+    const double size = std::abs(e.value - e.expected);
+    square += std::max(0., size * size - e.sigma * e.sigma);  // of what is known
+    const double evidence = size / e.sigma;
     if (evidence <= learnt.evidence) continue;
     learnt.evidence = evidence;
     learnt.error = e;

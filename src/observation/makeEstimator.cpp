@@ -134,9 +134,10 @@ std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator) {
   if (const auto* shared = dynamic_cast<const SharedErrorFilter*>(&estimator)) {
     const auto common = [](const SharedErrorFilter::Shared& state, double offset) {
       constexpr double kObserved = 0.25;
-      const bool isEstimated = state.prior > 0;
+      const bool isEstimated = state.prior > 0, isCalibrated = state.expected != 0;
+      const bool isObserved = isCalibrated || state.sigma < kObserved * state.prior;
       return JointDepthFilter::Common{state.value + offset, state.sigma, isEstimated,
-                                      isEstimated && state.sigma < kObserved * state.prior};
+                                      isEstimated && isObserved};
     };
     return JointStates{common(shared->latency(), 0),
                        {common(shared->gyroBias(0), 0), common(shared->gyroBias(1), 0),

@@ -76,6 +76,7 @@ class SharedErrorFilter : public PointSetEstimator {
     double value = 0, sigma = 0;  ///< the prior's until it is learnt
     double prior = 0;             ///< 1 sigma; 0: not in the profile
     int index = kNone;            ///< for `correlation`
+    double expected = 0;          ///< by the profile
   };
   Shared latency() const;           ///< t_d [s], > 0: images are late
   Shared gyroBias(int axis) const;  ///< [rad/s], axis 0..2

@@ -26,7 +26,8 @@ struct Calibration {
   std::vector<Calibrated> noises;     ///< pixel_noise, wander, slip, gyro_noise, ...
   ErrorProfile profile;               ///< to observe depth with
   double pixelNoise_px = 0;           ///< white, 1 sigma per axis
-  std::size_t images = 0, points = 0, innovations = 0;
+  std::size_t images = 0, points = 0;
+  int innovations = 0;
   double nis = kUnknown;  ///< of the latest innovations; 2 when the model is right
 
   bool showsAnything() const;
