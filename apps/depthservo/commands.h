@@ -17,12 +17,15 @@ void addGains(CLI::App& app, int& exitCode);
 void addLive(CLI::App& app, int& exitCode);
 void addTarget(CLI::App& app, int& exitCode);
 void addNoise(CLI::App& app, int& exitCode);
+void addTeach(CLI::App& app, int& exitCode);
+void addServo(CLI::App& app, int& exitCode);
+void addRobot(CLI::App& app, int& exitCode);
 void addCalibrate(CLI::App& app, int& exitCode);
 void addKeys(CLI::App& app, int& exitCode);
 
 /// In the order of --help.
-constexpr void (*kSubcommands[])(CLI::App&, int&) = {addRun,     addReplay,    addRecord, addReport,
-                                                     addCompare, addReproduce, addGains,  addLive,
-                                                     addTarget,  addNoise,     addCalibrate, addKeys};
+constexpr void (*kSubcommands[])(CLI::App&, int&) = {
+    addRun,   addReplay, addRecord, addReport, addCompare, addReproduce, addGains, addLive,
+    addTeach, addServo,  addRobot,  addTarget, addNoise,   addCalibrate, addKeys};
 
 }  // namespace depthservo

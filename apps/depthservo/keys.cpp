@@ -11,19 +11,22 @@ namespace {
 
 struct KeyArguments {
   std::string prefix;
-  bool replay = false, errors = false, markdown = false, schema = false;
+  bool replay = false, errors = false, robot = false, markdown = false, schema = false;
 };
 
 void printKeys(const KeyArguments& a) {
   if (a.schema) {
-    if (a.replay || a.errors || a.markdown) refuseOption("--schema", "is for scenarios, and alone");
+    if (a.replay || a.errors || a.robot || a.markdown)
+      refuseOption("--schema", "is for scenarios, and alone");
     fmt::print("{}", scenarioSchema());
     return;
   }
   if (a.markdown && !a.prefix.empty()) refuseOption("--markdown", "prints all keys");
   if (a.replay && a.errors) refuseOption("--errors", "is for another file than --replay");
+  if (a.robot && (a.replay || a.errors)) refuseOption("--robot", "is for another file");
   const KeySet set = a.replay   ? KeySet::replay
                      : a.errors ? KeySet::errors
+                     : a.robot  ? KeySet::robot
                                 : KeySet::scenario;
   fmt::print("{}", a.markdown ? keysAsMarkdown(set) : keysAsText(set, a.prefix));
 }
@@ -37,6 +40,7 @@ void addKeys(CLI::App& app, int&) {
   command->add_option("PREFIX", a->prefix, "Only keys that begin like this, e.g. depth");
   command->add_flag("--replay", a->replay, "Keys of 'replay' in sequence.yaml instead");
   command->add_flag("--errors", a->errors, "Keys of a file for --errors instead, as in `typical`");
+  command->add_flag("--robot", a->robot, "Keys of a file for servo --robot instead");
   command->add_flag("--markdown", a->markdown, "As the table in doc/formats.md");
   command->add_flag("--schema", a->schema, "As a JSON schema for editors");
   command->callback([a] { printKeys(*a); });

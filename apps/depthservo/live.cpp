@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 
+#include "Interruption.h"
 #include "View.h"
 #include "commands.h"
 #include "depthservo/observation/words.h"
@@ -27,16 +27,6 @@ struct LiveArguments {
   std::optional<double> patience_s;
   bool noWindow = false, json = false;
 };
-
-volatile std::sig_atomic_t interrupted = 0;
-
-/// Ctrl-C and a plain kill end the run as the end of the images does; the second one at once.
-void stopOn(int signal) {
-  std::signal(signal, [](int which) {
-    interrupted = 1;
-    std::signal(which, SIG_DFL);
-  });
-}
 
 PinholeCamera cameraOf(const std::string& name) {
   if (name.empty()) {
@@ -80,8 +70,8 @@ void finish(const LiveArguments& arguments, const RunLog& log, const Metrics& me
 class LiveWatcher : public RunWatcher {
  public:
   /// \param view may be null \param shown the log while the window draws
-  LiveWatcher(View* view, const RunLog*& shown, MetricsMeter& meter)
-      : view_(view), shown_(shown), meter_(meter) {}
+  LiveWatcher(View* view, const RunLog*& shown, MetricsMeter& meter, const std::atomic<bool>& stop)
+      : view_(view), shown_(shown), meter_(meter), stop_(stop) {}
 
   bool onFrame(const RunFrame& frame) override {
     meter_.add(frame.record);
@@ -98,13 +88,14 @@ class LiveWatcher : public RunWatcher {
       if (view_->isClosed()) return false;
       shown_ = nullptr;
     }
-    return interrupted == 0;
+    return !stop_;
   }
 
  private:
   View* view_;
   const RunLog*& shown_;
   MetricsMeter& meter_;
+  const std::atomic<bool>& stop_;
 };
 
 int watchLive(const LiveArguments& arguments) {
@@ -133,6 +124,8 @@ int watchLive(const LiveArguments& arguments) {
   video.width = options.camera.width;
   video.height = options.camera.height;
   if (!arguments.times.empty()) video.times = readTimes(arguments.times);
+  const std::atomic<bool>& stop = stopOnInterruption();
+  video.stop = &stop;
   VideoSource images(arguments.source, video);
   std::unique_ptr<TwistStream> twists;
   if (!arguments.twist.empty()) twists = std::make_unique<TwistStream>(arguments.twist);
@@ -154,9 +147,7 @@ int watchLive(const LiveArguments& arguments) {
   });
   if (!view && !arguments.noWindow) fmt::print(stderr, "note: no display, hence no window\n");
 
-  stopOn(SIGINT);
-  stopOn(SIGTERM);
-  LiveWatcher watcher(view.get(), shown, meter);
+  LiveWatcher watcher(view.get(), shown, meter, stop);
   const RunLog log = live(options, images, twists.get(), &watcher);
   const Metrics metrics = meter.result(log);
   finish(arguments, log, metrics);
@@ -170,8 +161,9 @@ void addLive(CLI::App& app, int& exitCode) {
       app.add_subcommand("live", "Observe depth while a camera runs, or a video file");
   auto a = std::make_shared<LiveArguments>();
   command
-      ->add_option("--source", a->source,
-                   "Camera (0, /dev/video0, rtsp://...), video file, or images (DIR/%06d.png)")
+      ->add_option(
+          "--source", a->source,
+          "Camera (0, /dev/video0, rtsp://...), video file, images (DIR/%06d.png), or pipe of PGM")
       ->required()
       ->type_name("SOURCE");
   command->add_option("--camera", a->camera, "camera_info file of this camera")->type_name("FILE");

@@ -23,13 +23,16 @@ Examples:
   depthservo report my-run                                          make report.html anew
   depthservo reproduce all                                          papers' simulations, theirs vs ours
   depthservo live --source 0 --camera camera.yaml --target target.yaml --twist twists.fifo
+  depthservo teach --source 0 --camera camera.yaml --target target.yaml --out my-goal
+  depthservo servo --source 0 --goal my-goal --robot robot.yaml --twist twists --command commands
+  depthservo robot unicycle-4dots --images images --twist twists --command commands
   depthservo target dots --out dots.pdf > target.yaml               a plate to print, in its true size
   depthservo noise still-recording                                  the pixel noise of your camera
   depthservo calibrate my-drive --out robot.yaml                    errors of your robot, for --errors
   depthservo gains --law observer --fps 30 --kappa 0.1              gains for a camera's frame rate
 
 Exit codes: 0 as expected (or converged, or timeout), 1 not as expected, 2 bad arguments or input,
-3 any other outcome, 70 internal error. Words go to stderr, data to stdout.)";
+3 any other outcome, 4 stopped by safety, 70 internal error, 130 Ctrl-C. Words go to stderr, data to stdout.)";
 
 int run(int argc, char** argv) {
   CLI::App app{kExamples, "depthservo"};

@@ -44,7 +44,4 @@ ObservationOptions withTracker(const ObservedSource& source, ObservationOptions 
 /// source lacks what it needs, or its gains are implausible
 EstimatorSetup setupOf(const ObservedSource& source, const ObservationOptions& options);
 
-/// These options as run.json tells them, one JSON object. \param options as above
-std::string configurationOf(const ObservationOptions& options);
-
 }  // namespace depthservo

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "depthservo/observation/words.h"
 #include "observation/MotionSuspects.h"
 #include "observation/ObserverSetup.h"
 #include "rig/RowQueue.h"
@@ -90,7 +91,19 @@ struct LiveRig::Parts {
       : options(o), images(i), usable(i, o), twists(t), source(sourceOf(o)) {}
 
   void take(double wait_s) {
-    for (const OdometryRow& row : twists->read(wait_s)) waiting.offer(row);
+    for (const OdometryRow& row : twists->read(wait_s)) {
+      if (!isPossible(row.twist)) {
+        ++impossible;
+        continue;
+      }
+      waiting.offer(row);
+      newestTwist_s = row.time_s;
+    }
+  }
+
+  bool isPossible(const Twist& twist) const {
+    return (options.most_v == 0 || twist.linear.norm() <= options.most_v) &&
+           (options.most_w == 0 || twist.angular.norm() <= options.most_w);
   }
 
   void readRows(MotionBuffer& odometry, double time_s) {
@@ -117,7 +130,9 @@ struct LiveRig::Parts {
   RowQueue waiting;
   std::vector<OdometryRow> rows;
   std::string reason;
-  double first_s = kUnknown, last_s = kUnknown;
+  double first_s = kUnknown, last_s = kUnknown, newestTwist_s = kUnknown;
+  std::size_t impossible = 0;  // twists
+  bool isImpossibleTold = false;
   bool areTwistsLate = false, haveTwistsEnded = false;
   std::size_t faultsTold = 0;
 };
@@ -140,6 +155,13 @@ const ObservationOptions& LiveRig::options() const { return parts_->options.obse
 const ObservedSource& LiveRig::source() const { return parts_->source; }
 const std::vector<OdometryRow>& LiveRig::odometry() const { return parts_->rows; }
 double LiveRig::time() const { return parts_->last_s; }
+bool LiveRig::hasOdometry() {
+  Parts& p = *parts_;
+  if (p.twists) p.take(0);
+  return !p.twists || p.twists->counts().rows >= 2;
+}
+
+double LiveRig::newestTwist_s() const { return parts_->newestTwist_s; }
 
 const TwistStream::Counts* LiveRig::twists() const {
   return parts_->twists ? &parts_->twists->counts() : nullptr;
@@ -191,6 +213,10 @@ void LiveRig::readOdometry(MotionBuffer& odometry, double time_s) {
   for (const std::string& fault : p.twists->takeFaults()) {
     if (p.faultsTold++ < kMostFaultsTold) note(time_s, "twists: " + fault);
   }
+  if (p.impossible > 0 && !p.isImpossibleTold) {
+    note(time_s, "twists: some are faster than the robot can be: left out");
+    p.isImpossibleTold = true;
+  }
   const bool haveEnded = p.twists->isEnded() && !p.isCovered(odometry, time_s);
   if (haveEnded != p.haveTwistsEnded) {
     note(time_s, haveEnded ? "the stream of twists has ended" : "the stream of twists goes on");
@@ -204,6 +230,7 @@ std::string LiveRig::whyEnded() const {
   if (const TwistStream::Counts* c = twists()) {
     reason += fmt::format("; twists: {} rows, refused {} malformed, {} torn, {} not later", c->rows,
                           c->malformed, c->torn, c->notLater);
+    if (parts_->impossible > 0) reason += fmt::format(", {} too fast", parts_->impossible);
   }
   return reason;
 }

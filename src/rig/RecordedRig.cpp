@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "motion/median.h"
+#include "depthservo/observation/words.h"
 #include "observation/MotionSuspects.h"
 #include "observation/ObserverSetup.h"
 #include "rig/RowQueue.h"

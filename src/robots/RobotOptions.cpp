@@ -17,7 +17,41 @@ void checkPose(const RobotPose& pose, RobotKind robot, const char* key, const Re
   }
 }
 
+/// How many velocities are linear, and how many after them angular.
+struct Axes {
+  Eigen::Index linear, angular;
+};
+Axes axesOf(RobotKind robot) {
+  switch (robot) {
+    case RobotKind::unicycle:
+      return {1, 1};
+    case RobotKind::panUnicycle:
+      return {1, 2};
+    case RobotKind::omni:
+      return {2, 1};
+    case RobotKind::mobileManipulator:
+      return {1, 4};
+    case RobotKind::free:
+      return {3, 3};
+  }
+  return {0, 0};
+}
+
 }  // namespace
+
+RobotVelocityLimits velocityLimits(RobotKind robot, const RobotLimits& limits) {
+  const auto [linear, angular] = axesOf(robot);
+  const auto each = [&, m = linear, n = angular](double v, double w) {
+    Eigen::VectorXd all(m + n);
+    all << Eigen::VectorXd::Constant(m, v), Eigen::VectorXd::Constant(n, w);
+    return all;
+  };
+  RobotVelocityLimits all{each(limits.v, limits.w), each(limits.dv, limits.dw),
+                          each(limits.brake_v, limits.brake_w)};
+  if (robot == RobotKind::panUnicycle) all.velocity[2] = limits.pan;
+  if (robot == RobotKind::mobileManipulator) all.velocity.tail<3>().setConstant(limits.joints);
+  return all;
+}
 
 void check(const RobotOptions& robot, const Refuse& refuse) {
   if (robot.type != RobotKind::unicycle) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 
 namespace depthservo {
@@ -15,6 +16,17 @@ double commonFactor(const Eigen::MatrixBase<Values>& values,
     if (size * factor > limits[i]) factor = limits[i] / size;
   }
   return factor;
+}
+
+/// Factor that brings velocities down to zero as fast as the decelerations allow within dt [s].
+template <typename Values, typename Limits>
+double brakingFactor(const Eigen::MatrixBase<Values>& velocities,
+                     const Eigen::MatrixBase<Limits>& decelerations, double dt) {
+  double stop_s = 0;
+  for (Eigen::Index i = 0; i < velocities.size(); ++i) {
+    stop_s = std::max(stop_s, std::abs(velocities[i]) / decelerations[i]);
+  }
+  return stop_s > dt ? 1 - dt / stop_s : 0;
 }
 
 }  // namespace depthservo

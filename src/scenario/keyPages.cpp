@@ -29,6 +29,10 @@ std::vector<KeyNode> keysOf(KeySet set) {
     ErrorProfile profile = ErrorProfile::typical();
     return detail::allKeys([&](Fields& fields) { describe(fields, profile); });
   }
+  if (set == KeySet::robot) {
+    RobotFile file;
+    return detail::allKeys([&](Fields& fields) { describe(fields, file); });
+  }
   Scenario scenario;
   return detail::allKeys([&](Fields& fields) { describe(fields, scenario); });
 }

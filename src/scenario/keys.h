@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "depthservo/observation/ObservationOptions.h"
+#include "depthservo/scenario/RobotFile.h"
 #include "depthservo/scenario/Scenario.h"
 #include "text/Fields.h"
 
@@ -14,6 +15,9 @@ void describe(detail::Fields& f, Scenario& scenario);
 
 /// The keys of `replay` in sequence.yaml.
 void describe(detail::Fields& f, ObservationOptions& observation);
+
+/// The keys of a file of --robot.
+void describe(detail::Fields& f, RobotFile& file);
 
 /// The keys of a file of errors.
 void describe(detail::Fields& f, ErrorProfile& errors);

@@ -1,5 +1,8 @@
+#include "depthservo/scenario/RobotFile.h"
 #include "robots/makeRobot.h"
+#include "scenario/FieldReader.h"
 #include "scenario/keys.h"
+#include "text/below.h"
 
 namespace depthservo {
 
@@ -41,6 +44,9 @@ void describe(Fields& f, RobotLimits& limits) {
   f.number({"w", "angular velocity"}, limits.w, rate, "rad/s");
   f.number({"dv", "linear acceleration"}, limits.dv, acceleration, "m/s^2");
   f.number({"dw", "angular acceleration"}, limits.dw, acceleration, "rad/s^2");
+  f.number({"brake_v", "linear deceleration when safety stops the robot (servo, robot)"},
+           limits.brake_v, acceleration, "m/s^2");
+  f.number({"brake_w", "angular deceleration then"}, limits.brake_w, acceleration, "rad/s^2");
   f.number({"pan", "rate of the pan platform"}, limits.pan, rate, "rad/s");
   f.number({"joints", "rate of each joint of the arm"}, limits.joints, rate, "rad/s");
   f.number({"pan_min", "end stop of the pan platform"}, limits.pan_min, {-100, 100}, "rad");
@@ -48,9 +54,7 @@ void describe(Fields& f, RobotLimits& limits) {
            "rad");
 }
 
-}  // namespace
-
-void describe(Fields& f, RobotOptions& robot) {
+void describeCamera(Fields& f, RobotOptions& robot) {
   f.choice({"type", "see the table of robots in doc/formats.md", kRequired}, robot.type,
            robotWords());
   f.numbers({"camera_offset",
@@ -60,6 +64,42 @@ void describe(Fields& f, RobotOptions& robot) {
   f.number(
       {"camera_yaw", "direction of the horizontal optical axis, from robot x towards y (unicycle)"},
       robot.camera_yaw, ranges::kAngle, "rad");
+}
+
+void describeAxes(Fields& f, RobotOptions& robot) {
+  f.number({"pan_axis", "how far the pan axis lies ahead of the wheel axle (pan-unicycle)"},
+           robot.pan_axis, {-10, 10}, "m");
+  f.section({"arm", "of a mobile-manipulator"}, [&](Fields& arm) { describe(arm, robot.arm); });
+}
+
+void describeLimits(Fields& f, RobotOptions& robot) {
+  f.section({"limits",
+             "of speed and acceleration; all velocities are reduced by a common factor. Simulated, "
+             "omni, mobile-manipulator and free have no limits of acceleration"},
+            [&](Fields& limits) { describe(limits, robot.limits); });
+}
+
+void describe(Fields& f, SafetyOptions& safety) {
+  const Range deadline = Range::above(0, 60);
+  f.number({"image_age", "since the newest image that shows something new was taken"},
+           safety.image_age, deadline, "s");
+  f.number({"odometry_age", "since the newest row of odometry"}, safety.odometry_age, deadline,
+           "s");
+  f.number({"track_age", "since half of the points were last measured"}, safety.track_age,
+           Range::above(0, 3600), "s");
+  f.number({"contradiction", "more than half of the points contradict the motion for so long"},
+           safety.contradiction, deadline, "s");
+  f.number({"overrun", "the loop has been busy with one image for so long"}, safety.overrun,
+           deadline, "s");
+  f.number({"unread", "commands have not been read for so long"}, safety.unread, deadline, "s");
+  f.number({"calm", "a robot that was stopped goes on after so long without a cause"}, safety.calm,
+           {0, 60}, "s");
+}
+
+}  // namespace
+
+void describe(Fields& f, RobotOptions& robot) {
+  describeCamera(f, robot);
   f.numbers({"mount_error",
              "roll, pitch, yaw of the true camera in the frame of the camera assumed, Rz(yaw) "
              "Ry(pitch) Rx(roll); simulated error, the estimator is not informed"},
@@ -67,21 +107,42 @@ void describe(Fields& f, RobotOptions& robot) {
   f.number(
       {"mount_drawn", "1 sigma of each angle of what the seed draws and adds to `mount_error`"},
       robot.mount_drawn, {0, 0.1}, "rad");
-  f.number({"pan_axis", "how far the pan axis lies ahead of the wheel axle (pan-unicycle)"},
-           robot.pan_axis, {-10, 10}, "m");
-  f.section({"arm", "of a mobile-manipulator"}, [&](Fields& arm) { describe(arm, robot.arm); });
+  describeAxes(f, robot);
   f.section({"initial", "pose at the start", kRequired},
             [&](Fields& pose) { describe(pose, robot.initial, robot.type); });
   f.section({"goal",
              "pose from which the target is seen as desired; this or `control.desired`, exactly "
              "one (the law profile has none)"},
             robot.goal, [&](Fields& pose, RobotPose& goal) { describe(pose, goal, robot.type); });
-  f.section({"limits",
-             "of speed and acceleration; all velocities are reduced by a common factor. omni, "
-             "mobile-manipulator and free have no limits of acceleration"},
-            [&](Fields& limits) { describe(limits, robot.limits); });
+  describeLimits(f, robot);
   f.number({"lag", "time constant of the drives, first order (unicycle); 0: none"}, robot.lag,
            {0, 5}, "s");
+}
+
+void describe(Fields& f, RobotFile& file) {
+  describeCamera(f, file.robot);
+  describeAxes(f, file.robot);
+  describeLimits(f, file.robot);
+  f.section({"safety", "when the robot is stopped (doc/servo.md)"},
+            [&](Fields& safety) { describe(safety, file.safety); });
+  f.section({"control", "how the robot is steered; without `desired` and `profile`"},
+            [&](Fields& control) { describe(control, file.control); });
+}
+
+RobotFile readRobotFile(const std::string& path) {
+  RobotFile file;
+  const detail::YamlValue root = detail::loadYaml(path);
+  detail::FieldReader(root, path, "", [&](Fields& fields) { describe(fields, file); });
+  const Refuse refuse = [&](const std::string& key, const std::string& message) {
+    throw InputError({path, 0, key}, message);
+  };
+  check(file.robot, refuse);
+  check(file.control, detail::below("control", refuse));
+  if (file.control.law != Law::vpServo && file.control.law != Law::task) {
+    refuse("control.law", "a robot is steered to a taught goal by vpServo or task");
+  }
+  if (!file.control.desired.empty()) refuse("control.desired", "the goal is taught: remove it");
+  return file;
 }
 
 }  // namespace depthservo

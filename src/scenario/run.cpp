@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "depthservo/rig/SequenceRecorder.h"
 #include "depthservo/scenario/observationOf.h"
-#include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/servo/ServoLoop.h"
 #include "observation/ObserverSetup.h"
 
@@ -72,37 +72,6 @@ class Run {
   std::optional<ServoLoop> loop_;
 };
 
-/// Writes what the sensors gave.
-class Recorder : public RunWatcher {
- public:
-  Recorder(const std::string& folder, RunWatcher* next) : writer_(folder), next_(next) {}
-
-  bool onFrame(const RunFrame& frame) override {
-    const double time_s = frame.record.time_s;
-    const Exposure& exposure = frame.exposure;
-    if (exposure.hasImage()) writer_.addImage(time_s, exposure.image);
-    for (const TrackedPoint& point : exposure.points) {
-      writer_.addTrack(time_s, {point.id, point.u, point.v});
-    }
-    for (const FeatureRecord& feature : frame.record.features) {
-      writer_.addTruth(time_s, {feature.id, feature.Z_true});
-    }
-    writer_.addPose(time_s, *exposure.wMc);
-    const auto& rows = frame.rig.odometry();
-    for (; rows_ < rows.size(); ++rows_) {
-      writer_.addOdometry(rows[rows_].time_s, rows[rows_].twist);
-    }
-    return !next_ || next_->onFrame(frame);
-  }
-
-  void finish(const SequenceSettings& settings) { writer_.finish(settings); }
-
- private:
-  SequenceWriter writer_;
-  RunWatcher* next_;
-  std::size_t rows_ = 0;
-};
-
 }  // namespace
 
 ObservationOptions observationOf(const Scenario& scenario, const SimulatedRig& rig) {
@@ -125,7 +94,7 @@ ObservationOptions observationOf(const Scenario& scenario, const SimulatedRig& r
 RunLog run(const Scenario& scenario, RunWatcher* watcher) { return Run(scenario).finish(watcher); }
 
 RunLog record(const Scenario& scenario, const std::string& folder, RunWatcher* watcher) {
-  Recorder recorder(folder, watcher);
+  SequenceRecorder recorder(folder, watcher);
   Run run(scenario);
   RunLog log = run.finish(&recorder);
   const ObservedSource& source = run.rig().source();

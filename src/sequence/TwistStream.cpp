@@ -1,35 +1,21 @@
 #include "depthservo/sequence/TwistStream.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cmath>
-#include <cstring>
 #include <limits>
 #include <optional>
 
+#include "sequence/LineStream.h"
 #include "text/TextFile.h"
 
 namespace depthservo {
 namespace {
 
 using detail::Range;
+using detail::trimmed;
 
-constexpr std::size_t kLongestLine = 4096;                  // bytes
-constexpr std::size_t kMostAtATime = std::size_t{1} << 20;  // bytes
-constexpr Range kSpeeds{-1e3, 1e3};                         // m/s or rad/s
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
+constexpr Range kSpeeds{-1e3, 1e3};  // m/s or rad/s
 
 /// Time and twist; none when the line is not seven numbers in range.
 std::optional<OdometryRow> parsed(std::string_view line) {
@@ -49,66 +35,27 @@ std::optional<OdometryRow> parsed(std::string_view line) {
 }  // namespace
 
 TwistStream::TwistStream(const std::string& path)
-    : last_s_(-std::numeric_limits<double>::infinity()) {
-  const bool isInput = path == "-";
-  file_ = isInput ? dup(STDIN_FILENO) : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  struct stat status {};
-  if (file_ < 0 || fstat(file_, &status) != 0) {
-    const int error = errno;
-    if (file_ >= 0) close(file_);
-    throw InputError({path, 0, ""}, fmt::format("cannot be read: {}", std::strerror(error)));
-  }
-  isRegular_ = S_ISREG(status.st_mode);
-  if (S_ISDIR(status.st_mode)) {
-    close(file_);
-    throw InputError({path, 0, ""}, "is a folder, expected a pipe or a file of twists");
-  }
-}
+    : lines_(std::make_unique<detail::LineStream>(path, "twists")),
+      last_s_(-std::numeric_limits<double>::infinity()) {}
 
-TwistStream::~TwistStream() { close(file_); }
+TwistStream::~TwistStream() = default;
+
+bool TwistStream::isEnded() const { return lines_->isEnded(); }
+bool TwistStream::wasInterrupted() const { return lines_->wasInterrupted(); }
 
 std::vector<OdometryRow> TwistStream::read(double wait_s) {
   std::vector<OdometryRow> rows;
-  std::array<char, 65536> bytes;
-  // After its writer has gone, poll says at once that a pipe is readable, for ever.
-  int wait_ms = isEnded_ ? 0 : static_cast<int>(std::ceil(1000 * std::max(0.0, wait_s)));
-  for (std::size_t total = 0; total < kMostAtATime;) {
-    pollfd state{file_, POLLIN, 0};
-    const int ready = poll(&state, 1, wait_ms);
-    wasInterrupted_ = ready < 0 && errno == EINTR;
-    if (ready <= 0 || !(state.revents & (POLLIN | POLLHUP))) break;
-    wait_ms = 0;
-    const ssize_t count = ::read(file_, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) break;
-    if (count == 0) {
-      endOfWriter(rows);
-      break;
-    }
-    isEnded_ = false;
-    take(bytes.data(), static_cast<std::size_t>(count), rows);
-    total += static_cast<std::size_t>(count);
-  }
+  lines_->read(wait_s, {[&](std::string_view line) { takeLine(line, rows); },
+                        [&](std::size_t longest) {
+                          ++counts_.malformed;
+                          note(fmt::format("a line is longer than {} characters", longest));
+                        },
+                        [&](std::string_view line) {
+                          ++counts_.torn;
+                          note(fmt::format("the writer went away within the line {}",
+                                           detail::quoted(line)));
+                        }});
   return rows;
-}
-
-void TwistStream::take(const char* bytes, std::size_t count, std::vector<OdometryRow>& rows) {
-  for (std::string_view rest(bytes, count); !rest.empty();) {
-    const std::size_t end = rest.find('\n');
-    const std::string_view part = rest.substr(0, end);
-    if (!isOverlong_) line_ += part;
-    if (line_.size() > kLongestLine && !isOverlong_) {
-      isOverlong_ = true;
-      ++counts_.malformed;
-      note(fmt::format("a line is longer than {} characters", kLongestLine));
-      line_.clear();
-    }
-    if (end == std::string_view::npos) return;
-    if (!isOverlong_) takeLine(trimmed(line_), rows);
-    line_.clear();
-    isOverlong_ = false;
-    rest.remove_prefix(end + 1);
-  }
 }
 
 void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows) {
@@ -127,19 +74,6 @@ void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows
     last_s_ = row->time_s;
     rows.push_back(*row);
   }
-}
-
-/// The last line of a file is whole without an end of line; that of a pipe may have lost digits.
-void TwistStream::endOfWriter(std::vector<OdometryRow>& rows) {
-  isEnded_ = true;
-  if (isRegular_) {
-    takeLine(trimmed(line_), rows);
-  } else if (!line_.empty()) {
-    ++counts_.torn;
-    note(fmt::format("the writer went away within the line {}", detail::quoted(line_)));
-  }
-  line_.clear();
-  isOverlong_ = false;
 }
 
 void TwistStream::note(std::string fault) {

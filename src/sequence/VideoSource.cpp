@@ -9,6 +9,8 @@
 
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/text/InputError.h"
+#include "sequence/GrayImage.h"
+#include "sequence/ImagePipe.h"
 #include "sequence/ImageSeries.h"
 #include "sequence/videoModule.h"
 
@@ -140,8 +142,20 @@ class Video : public ImageSource {
 
 }  // namespace
 
+std::optional<DEPTHSERVO_VISP vpImage<unsigned char>> imageIn(const std::string& file) {
+  std::error_code error;
+  const std::string extension = fs::path(file).extension().string();
+  const bool isImage = extension == ".png" || extension == ".pgm" || extension == ".ppm" ||
+                       extension == ".jpg" || extension == ".jpeg";
+  if (!isImage || !fs::is_regular_file(file, error) || isSeries(file)) return std::nullopt;
+  return detail::ImageFile(file).gray();
+}
+
 VideoSource::VideoSource(const std::string& source, const VideoOptions& options) {
-  if (isSeries(source)) {
+  std::error_code error;
+  if (fs::is_fifo(source, error)) {
+    source_ = std::make_unique<detail::ImagePipe>(source, options);
+  } else if (isSeries(source)) {
     source_ = std::make_unique<detail::ImageSeries>(source, options);
   } else {
     source_ = std::make_unique<Video>(source, options);
@@ -154,5 +168,6 @@ ImageStatus VideoSource::next(TimedImage& image) { return source_->next(image); 
 std::string VideoSource::reason() const { return source_->reason(); }
 bool VideoSource::isLive() const { return source_->isLive(); }
 double VideoSource::fps() const { return source_->fps(); }
+std::size_t VideoSource::leftOut() const { return source_->leftOut(); }
 
 }  // namespace depthservo

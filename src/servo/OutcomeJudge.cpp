@@ -34,6 +34,11 @@ OutcomeJudge::OutcomeJudge(const PinholeCamera& camera, const ControlOptions& co
       needed_(std::min(kNeeded, points)),
       noun_(noun) {}
 
+void OutcomeJudge::restart() {
+  firstError_px_ = kUnknown;
+  tracking_ = unhindered_ = lost_ = waiting_ = away_ = {};
+}
+
 bool OutcomeJudge::Since::lasts(double duration_s, double time_s) const {
   return time_s - begin_s_ + kTimeSlack_s >= duration_s;
 }

@@ -30,6 +30,9 @@ class OutcomeJudge {
   /// After the command: progress, from the frames so far.
   std::optional<Verdict> afterCommand(const RunLog& log, Basis basis);
 
+  /// Forgets how long things have lasted.
+  void restart();
+
  private:
   /// Something that lasts: since when, or unknown while it does not.
   class Since {

@@ -118,7 +118,7 @@ void Safety::remember(SafetyReason cause, double dt) noexcept {
   const bool isStillHeld =
       isCalm && cause != SafetyReason::ended && isFault(reason_) && calmFor_s_ < options_.calm;
   if (!isStillHeld) reason_ = cause;
-  heldFor_s_ = isFault(reason_) ? heldFor_s_ + dt : 0;
+  heldFor_s_ = isArmed_ && isFault(reason_) ? heldFor_s_ + dt : 0;
 }
 
 const Velocities& Safety::step(const SafetyInput& now, const Velocities& wanted) noexcept {
@@ -130,11 +130,7 @@ const Velocities& Safety::step(const SafetyInput& now, const Velocities& wanted)
   }
   remember(judge(now, wanted), dt);
   if (reason_ != SafetyReason::none) {
-    double time_s = 0;  // that it takes to stop
-    for (Eigen::Index i = 0; i < command_.size(); ++i) {
-      time_s = std::max(time_s, std::abs(command_[i]) / limits_.braking[i]);
-    }
-    command_ *= time_s > dt ? 1 - dt / time_s : 0;
+    command_ *= brakingFactor(command_, limits_.braking, dt);
     return command_;
   }
   const Velocities allowed = wanted * commonFactor(wanted, limits_.velocity);

@@ -103,6 +103,7 @@ void ServoLoop::Parts::process(const Exposure& exposure) {
   rig.readOdometry(observer.odometry(), exposure.time_s);
   FrameRecord frame = observer.observe(exposure);
   rig.describe(frame);
+  rig.onObserved(frame);
   takeEvents(log, rig, observer);
   features.publish(observer.estimator(), observer.measured(), observer.odometry(), rig.time());
   frame.command = control(frame);
@@ -144,6 +145,7 @@ Eigen::VectorXd ServoLoop::Parts::commandOf(const FrameRecord& frame) {
 }
 
 void ServoLoop::Parts::judgeFrame() {
+  if (rig.isHeld()) return judge.restart();
   if (law->usesFeatures()) verdict = judge.afterCommand(log, governor.basis());
   if (verdict && verdict->outcome != Outcome::lost && rig.isTargetMoving()) verdict.reset();
   if (!log.frames.back().command.allFinite()) {

@@ -18,6 +18,9 @@ using Image = vpImage<unsigned char>;
 constexpr std::array kCuts{0.2, 0.35, 0.5, 0.65, 0.8};
 constexpr int kLeastRange = 20;
 
+/// So many pixels may be as dark or as light as they like; the dots of a far plate have few more.
+constexpr int kMostTail = 16;
+
 /// Around what is looked at in search of a blob nearer than a dot.
 constexpr double kRoom_px = 16;
 
@@ -90,14 +93,14 @@ cv::Mat view(const Image& image, const Box& region) {
   return whole(cv::Rect(region.left, region.top, region.width(), region.height()));
 }
 
-/// Gray levels with 1 per mille of the region below and above.
+/// Gray levels with 1 per mille of the region, and no more than a few pixels, below and above.
 std::pair<int, int> range(const cv::Mat& pixels) {
   std::array<int, 256> count{};
   for (int v = 0; v < pixels.rows; ++v) {
     const auto* row = pixels.ptr<unsigned char>(v);
     for (int u = 0; u < pixels.cols; ++u) ++count[row[u]];
   }
-  const int tail = static_cast<int>(pixels.total() / 1000);
+  const int tail = std::min(kMostTail, static_cast<int>(pixels.total() / 1000));
   int low = 0, high = 255;
   for (int n = count[low]; n <= tail && low < 255; n += count[low]) ++low;
   for (int n = count[high]; n <= tail && high > 0; n += count[high]) --high;

@@ -13,4 +13,7 @@ TrackerKind trackerNamed(const std::string& name, const InputError::Place& place
 /// twist | groundtruth | target | auto. \param place of the word \throw InputError another word
 MotionSource motionNamed(const std::string& name, const InputError::Place& place);
 
+/// These options as run.json tells them, one JSON object. \param options as above
+std::string configurationOf(const ObservationOptions& options);
+
 }  // namespace depthservo

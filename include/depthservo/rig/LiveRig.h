@@ -21,6 +21,9 @@ struct LiveOptions {
   double duration_s = 0;           ///< stop after this time of the images' clock; 0: at their end
   Keep keep = Keep::everything;
 
+  /// Twists that the robot cannot have are left out: greater than these, 0: any [m/s, rad/s].
+  double most_v = 0, most_w = 0;
+
   /// How long an image waits for the twists of its time [s]: as long as they are late the first
   /// time, then no more until they come again.
   double patience_s = 0.2;
@@ -48,6 +51,12 @@ class LiveRig : public Rig {
   const std::vector<OdometryRow>& odometry() const override;
   double time() const override;
   std::string whyEnded() const override;
+
+  /// Takes the twists that have come. Whether there are enough to know how long one holds.
+  bool hasOdometry();
+
+  /// Time of the newest twist that could be used [s]; NaN: there is none.
+  double newestTwist_s() const;
 
   /// None when the target tells the motion.
   const TwistStream::Counts* twists() const;

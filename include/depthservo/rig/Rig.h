@@ -47,6 +47,13 @@ class Rig {
   /// Velocities that the robot shall have from now on. A recorded one ignores them.
   virtual void command(const Eigen::VectorXd& /*velocities*/) {}
 
+  /// What was observed in an image, before the command that follows from it.
+  virtual void onObserved(const FrameRecord& /*frame*/) {}
+
+  /// Whether the robot does not follow the commands now, so that nothing can be said of their
+  /// success: it is not armed, or safety stops it.
+  virtual bool isHeld() const { return false; }
+
   /// The robot that is commanded; null where nobody commands.
   virtual const RobotModel* robot() const { return nullptr; }
 

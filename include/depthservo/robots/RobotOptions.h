@@ -25,6 +25,7 @@ struct RobotLimits {
   double w = 1;                          ///< [rad/s]
   double dv = 1;                         ///< [m/s^2]
   double dw = 2;                         ///< [rad/s^2]
+  double brake_v = 4, brake_w = 8;       ///< of safety stops only [m/s^2, rad/s^2]
   double pan = 1;                        ///< rate of the pan platform [rad/s]
   double pan_min = -3.2, pan_max = 3.2;  ///< its end stops [rad]
   double joints = 1;                     ///< rate of each joint of the arm [rad/s]
@@ -51,6 +52,12 @@ struct RobotOptions {
   RobotLimits limits;
   double lag = 0;  ///< time constant of the drives [s]; 0: none
 };
+
+/// Limits of each velocity of a robot, n.
+struct RobotVelocityLimits {
+  Eigen::VectorXd velocity, acceleration, braking;
+};
+RobotVelocityLimits velocityLimits(RobotKind robot, const RobotLimits& limits);
 
 /// What does not fit together, and what this robot does not have.
 void check(const RobotOptions& robot, const Refuse& refuse);

@@ -8,7 +8,8 @@ namespace depthservo {
 enum class KeySet {
   scenario,
   replay,  ///< section `replay` of sequence.yaml
-  errors   ///< file of --errors
+  errors,  ///< file of --errors
+  robot    ///< file of servo --robot
 };
 
 /// One line per key: name, unit, default, range, meaning. \param prefix of the keys wanted; empty:

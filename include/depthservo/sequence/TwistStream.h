@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,6 +11,10 @@
 
 namespace depthservo {
 
+namespace detail {
+class LineStream;
+}
+
 /// Twists of the camera from a pipe, while they come: lines `timestamp,vx,vy,vz,wx,wy,wz` (camera
 /// frame, m/s and rad/s), a header of these names and comments after '#' allowed.
 ///
@@ -18,7 +23,8 @@ namespace depthservo {
 /// without an end, and one that is not later than the row before are counted and left out.
 class TwistStream {
  public:
-  /// \param path a named pipe, a file, or "-" for standard input \throw InputError
+  /// \param path a named pipe, a file, "-" for standard input, or udp:ADDRESS:PORT to listen at
+  /// \throw InputError
   explicit TwistStream(const std::string& path);
   ~TwistStream();
   TwistStream(const TwistStream&) = delete;
@@ -30,10 +36,10 @@ class TwistStream {
 
   /// Whether no more can be expected now: the end of a file, or a pipe that nobody writes to any
   /// more. (A pipe may get a new writer.)
-  bool isEnded() const { return isEnded_; }
+  bool isEnded() const;
 
   /// Whether a signal cut the last wait short.
-  bool wasInterrupted() const { return wasInterrupted_; }
+  bool wasInterrupted() const;
 
   struct Counts {
     std::size_t rows = 0;       ///< taken
@@ -48,15 +54,10 @@ class TwistStream {
   std::vector<std::string> takeFaults() { return std::exchange(faults_, {}); }
 
  private:
-  void take(const char* bytes, std::size_t count, std::vector<OdometryRow>& rows);
   void takeLine(std::string_view line, std::vector<OdometryRow>& rows);
-  void endOfWriter(std::vector<OdometryRow>& rows);
   void note(std::string fault);
 
-  int file_ = -1;
-  bool isRegular_ = false, isEnded_ = false, wasInterrupted_ = false;
-  bool isOverlong_ = false;  // the rest of the line is to be thrown away
-  std::string line_;         // begun, not ended
+  std::unique_ptr<detail::LineStream> lines_;
   double last_s_;
   Counts counts_;
   std::vector<std::string> faults_;

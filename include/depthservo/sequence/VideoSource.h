@@ -2,7 +2,9 @@
 
 #include <visp3/core/vpImage.h>
 
+#include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,10 @@ struct TimedImage {
   double time_s = 0;
   DEPTHSERVO_VISP vpImage<unsigned char> image;
 };
+
+/// The gray image of a PGM, PPM, PNG or JPEG file; none: the file is no image. \throw InputError it
+/// is a damaged one
+std::optional<DEPTHSERVO_VISP vpImage<unsigned char>> imageIn(const std::string& file);
 
 /// What came of asking for the next image.
 enum class ImageStatus {
@@ -39,6 +45,9 @@ class ImageSource {
   virtual bool isLive() const = 0;
 
   virtual double fps() const { return 0; }  ///< images per second [Hz]; 0: not known
+
+  /// Images that came and were left out since a newer one was there.
+  virtual std::size_t leftOut() const { return 0; }
 };
 
 struct VideoOptions {
@@ -48,10 +57,17 @@ struct VideoOptions {
   std::vector<double>
       times;             ///< of the images of a file [s], instead of fps and start_s; may be empty
   double latency_s = 0;  ///< age of a camera's image when it arrives
+
+  // Of a pipe.
+  double first_s = 30, silence_s = 2;       ///< waits so long for its first image, for others
+  const std::atomic<bool>* stop = nullptr;  ///< once it is true, waiting ends; may be null
 };
 
-/// A camera, a stream, a video file (through OpenCV, which is loaded by the first of them) or a
-/// series of image files.
+/// A camera, a stream, a video file (through OpenCV, which is loaded by the first of them), a
+/// series of image files, or a named pipe of PGM images.
+///
+/// Those of a pipe carry the time of their comment `# timestamp SECONDS`; without one they are
+/// those of a camera. Of several that wait the newest is given.
 ///
 /// Images of a camera carry the system's clock (seconds since 1970) at their arrival, less the
 /// latency. Those of a file have the given times, or `start_s + k / fps` for a given rate, to 9
@@ -61,7 +77,7 @@ struct VideoOptions {
 class VideoSource : public ImageSource {
  public:
   /// \param source number of a camera, its device (/dev/video0), the address of a stream
-  /// (rtsp://...), a video file, or a series of image files (folder/%06d.png)
+  /// (rtsp://...), a video file, a series of image files (folder/%06d.png), or a named pipe
   /// \throw InputError it cannot be opened, says no times and none are given, or is to be shown
   /// turned (metadata of a video)
   VideoSource(const std::string& source, const VideoOptions& options);
@@ -71,6 +87,7 @@ class VideoSource : public ImageSource {
   std::string reason() const override;
   bool isLive() const override;
   double fps() const override;
+  std::size_t leftOut() const override;
 
  private:
   std::unique_ptr<ImageSource> source_;

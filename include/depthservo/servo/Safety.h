@@ -83,7 +83,7 @@ class Safety {
   /// Why the robot is held as of the last step, or was until less than `calm` ago.
   SafetyReason reason() const noexcept { return reason_; }
 
-  /// How long a fault has held the robot [s]; 0: none does.
+  /// How long a fault has held the armed robot [s]; 0: none does.
   double heldFor_s() const noexcept { return heldFor_s_; }
 
   bool isStanding() const noexcept { return command_.isZero(0); }

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace depthservo {
+
+/// Velocities that a robot shall have from now on, for a while.
+struct CommandRow {
+  std::uint64_t sequence = 0;  ///< 1, 2, ...: one that is not greater than the last is out of date
+  double time_s = 0;           ///< when it was sent, of the clock that images and twists carry [s]
+  double ttl_s = 0;            ///< time to live: the robot stops at time_s + ttl_s [s]
+  double image_s = 0;          ///< time of the image that it follows from; NaN: of none [s]
+  Eigen::VectorXd velocities;  ///< n
+};
+
+/// Lines `sequence,timestamp,ttl,image,...`, then the robot's own names: `v,w`. NaN stands as
+/// "nan".
+std::string commandHeader(const std::vector<std::string>& velocityNames);
+std::string commandLine(const CommandRow& row);
+/// None: not a command with n finite velocities and a time to live in (0, 10] s.
+std::optional<CommandRow> parseCommand(std::string_view line, Eigen::Index n);
+
+/// The name of a velocity without its unit: "v" of "v [m/s]".
+std::string shortName(const std::string& velocityName);
+
+namespace detail {
+class LineStream;
+class PipeWriter;
+}  // namespace detail
+
+/// Commands to a robot.
+class CommandWriter {
+ public:
+  /// \param path a named pipe (made where there is none), a file, "-" for standard output, or
+  /// udp:ADDRESS:PORT \throw InputError
+  CommandWriter(const std::string& path, const std::vector<std::string>& velocityNames);
+  ~CommandWriter();
+
+  /// Numbers the row and writes it, at once and without waiting. False: it was not written, since
+  /// nobody reads, or too slowly. Never throws.
+  bool write(CommandRow row) noexcept;
+
+  /// Commands in the pipe that nobody has taken yet, about.
+  double unread() const;
+  std::uint64_t written() const { return sequence_; }
+
+ private:
+  std::unique_ptr<detail::PipeWriter> pipe_;
+  std::string header_, line_;
+  bool hasHeader_ = false;
+  std::uint64_t sequence_ = 0;
+};
+
+/// Commands as the robot hears them. What is no command is counted and left out.
+class CommandReader {
+ public:
+  /// \param path a named pipe, a file, "-" for standard input, or udp:ADDRESS:PORT to listen at
+  /// \throw InputError
+  CommandReader(const std::string& path, Eigen::Index velocities);
+  ~CommandReader();
+
+  /// Those that have come since the last call, each later than the one before; waits up to `wait_s`
+  /// for the first. Never throws.
+  std::vector<CommandRow> read(double wait_s);
+
+  /// Whether whoever commanded has gone.
+  bool isEnded() const;
+
+  std::size_t rows() const { return rows_; }
+  std::size_t refused() const { return refused_; }
+
+ private:
+  std::unique_ptr<detail::LineStream> lines_;
+  Eigen::Index velocities_;
+  std::uint64_t last_ = 0;
+  std::size_t rows_ = 0, refused_ = 0;
+};
+
+}  // namespace depthservo
