@@ -199,11 +199,40 @@ int servoRobot(ServoArguments& a) {
     SequenceSettings settings{a.goal, goal.camera, options.target.target, options.target.dots,
                               replayYaml(camera.options())};
     settings.tags = options.target.tags;
+    settings.taught = options.target.taught;
     recorder->finish(settings);
   }
   if (!a.out.empty()) writeRunFolder(log, a.out);
   tell(a, log, rig, images, exitCode);
   return exitCode;
+}
+
+void addTimingOptions(CLI::App& command, ServoArguments& a) {
+  command.add_option("--fps", a.video.fps, "Images per second, about [Hz]; default 30")
+      ->type_name("F")
+      ->check(aboveZero());
+  command
+      .add_option("--latency", a.video.latency_s,
+                  "Age of a camera's image when it arrives [s]; default 0")
+      ->type_name("S")
+      ->check(within(0.0, 10.0));
+  command.add_option("--patience", a.patience_s, "How long an image waits for its twists [s]")
+      ->type_name("S")
+      ->check(within(0.0, 60.0))
+      ->capture_default_str();
+  command.add_option("--duration", a.duration_s, "Stop after this time [s]; default: at the end")
+      ->type_name("S")
+      ->check(aboveZero());
+  command.add_option("--rate", a.rig.rate, "Commands per second, at least [Hz]")
+      ->type_name("F")
+      ->check(within(1.0, 1000.0))
+      ->capture_default_str();
+  command.add_option("--ttl", a.rig.ttl, "Time to live of a command [s]")
+      ->type_name("S")
+      ->check(within(0.01, 10.0))
+      ->capture_default_str();
+  command.add_flag("--lockstep", a.rig.isLockstep,
+                   "One command per image, by the images' clock: for robot --lockstep");
 }
 
 }  // namespace
@@ -249,31 +278,7 @@ void addServo(CLI::App& app, int& exitCode) {
       ->type_name("DIR");
   command->add_flag("--view", a->hasView, "Show the image with overlay");
   command->add_flag("--json", a->json, "Print the result as one JSON object on stdout");
-  command->add_option("--fps", a->video.fps, "Images per second, about [Hz]; default 30")
-      ->type_name("F")
-      ->check(aboveZero());
-  command
-      ->add_option("--latency", a->video.latency_s,
-                   "Age of a camera's image when it arrives [s]; default 0")
-      ->type_name("S")
-      ->check(within(0.0, 10.0));
-  command->add_option("--patience", a->patience_s, "How long an image waits for its twists [s]")
-      ->type_name("S")
-      ->check(within(0.0, 60.0))
-      ->capture_default_str();
-  command->add_option("--duration", a->duration_s, "Stop after this time [s]; default: at the end")
-      ->type_name("S")
-      ->check(aboveZero());
-  command->add_option("--rate", a->rig.rate, "Commands per second, at least [Hz]")
-      ->type_name("F")
-      ->check(within(1.0, 1000.0))
-      ->capture_default_str();
-  command->add_option("--ttl", a->rig.ttl, "Time to live of a command [s]")
-      ->type_name("S")
-      ->check(within(0.01, 10.0))
-      ->capture_default_str();
-  command->add_flag("--lockstep", a->rig.isLockstep,
-                    "One command per image, by the images' clock: for robot --lockstep");
+  addTimingOptions(*command, *a);
   command->callback([a, &exitCode] { exitCode = servoRobot(*a); });
 }
 

@@ -147,6 +147,9 @@ std::vector<TrackedPoint> Observer::Parts::track(const Exposure& exposure) {
   if (setup.tracker) {
     points = setup.tracker->track(exposure.image, expectedPoints(*estimator, setup.ids, odometry,
                                                                  exposure.time_s, setup.camera));
+    if (std::string news = setup.tracker->news(); !news.empty()) {
+      note(exposure.time_s, std::move(news));
+    }
   }
   if (!setup.takesTrackersNoise) {
     for (TrackedPoint& point : points) point.sigma_px = setup.pixelNoise_px;

@@ -8,6 +8,7 @@
 #include "depthservo/tracking/AprilTagTracker.h"
 #include "depthservo/tracking/DotTracker.h"
 #include "depthservo/tracking/KltTracker.h"
+#include "depthservo/tracking/TaughtTracker.h"
 #include "text/Names.h"
 
 namespace depthservo {
@@ -73,7 +74,8 @@ bool measuresNoise(TrackerKind tracker) {
 }
 
 bool findsPoints(const SequenceTarget& seen, TrackerKind tracker) {
-  return tracker == TrackerKind::klt || (tracker == TrackerKind::apriltag && !seen.tags);
+  return (tracker == TrackerKind::klt && !seen.taught) ||
+         (tracker == TrackerKind::apriltag && !seen.tags);
 }
 
 AprilTagTarget tagsOf(const SequenceTarget& seen, const ObservationOptions& options) {
@@ -88,6 +90,9 @@ AprilTagTarget tagsOf(const SequenceTarget& seen, const ObservationOptions& opti
 std::unique_ptr<PointTracker> makeTracker(const SequenceTarget& seen, TrackerKind tracker,
                                           const ObservationOptions& options) try {
   if (tracker == TrackerKind::tracks) return nullptr;
+  if (tracker == TrackerKind::klt && seen.taught) {
+    return std::make_unique<TaughtTracker>(*seen.taught);
+  }
   if (tracker == TrackerKind::klt) {
     KltTrackerOptions klt;
     klt.points = options.corners;
@@ -105,9 +110,10 @@ std::unique_ptr<PointTracker> makeTracker(const SequenceTarget& seen, TrackerKin
 }
 
 std::vector<int> idsOf(const SequenceTarget& seen, TrackerKind tracker) {
-  const std::size_t count = tracker == TrackerKind::apriltag ? 4 * seen.tags->tags.size()
-                            : seen.dots.empty()              ? seen.target.points.size()
-                                                             : seen.dots.size();
+  const std::size_t count = tracker == TrackerKind::klt        ? seen.taught->points.size()
+                            : tracker == TrackerKind::apriltag ? 4 * seen.tags->tags.size()
+                            : seen.dots.empty()                ? seen.target.points.size()
+                                                               : seen.dots.size();
   std::vector<int> ids;
   for (std::size_t i = 0; i < count; ++i) ids.push_back(static_cast<int>(i));
   return ids;

@@ -132,7 +132,7 @@ struct LiveRig::Parts {
   std::string reason;
   double first_s = kUnknown, last_s = kUnknown, newestTwist_s = kUnknown;
   std::size_t impossible = 0;  // twists
-  bool isImpossibleTold = false;
+  bool isImpossibleTold = false, haveImagesEnded = false;
   bool areTwistsLate = false, haveTwistsEnded = false;
   std::size_t faultsTold = 0;
 };
@@ -155,6 +155,8 @@ const ObservationOptions& LiveRig::options() const { return parts_->options.obse
 const ObservedSource& LiveRig::source() const { return parts_->source; }
 const std::vector<OdometryRow>& LiveRig::odometry() const { return parts_->rows; }
 double LiveRig::time() const { return parts_->last_s; }
+bool LiveRig::haveImagesEnded() const { return parts_->haveImagesEnded; }
+
 bool LiveRig::hasOdometry() {
   Parts& p = *parts_;
   if (p.twists) p.take(0);
@@ -192,6 +194,7 @@ std::optional<Exposure> LiveRig::next(Listener*) {
     return exposure;
   }
   p.reason = p.usable.whyEnded();
+  p.haveImagesEnded = true;
   return std::nullopt;
 }
 

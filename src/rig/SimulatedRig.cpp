@@ -22,7 +22,7 @@ ObservedSource sourceOf(const SimulatedRigOptions& options, const World& world, 
   source.target.target = options.target.dots();
   if (options.target.type == TargetKind::apriltag) {
     source.target.tags = options.target.assumedTags();
-  } else {
+  } else if (options.target.type == TargetKind::dots) {
     for (const TruePoint& point : world.truth()) {
       source.target.dots.push_back({point.id, point.u, point.v});
     }

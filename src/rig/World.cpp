@@ -33,7 +33,7 @@ SyntheticCamera makeCamera(const SimulatedRigOptions& rig) {
   const TargetOptions& target = rig.target;
   return target.type == TargetKind::dots
              ? SyntheticCamera(camera, DotTarget{target.points, target.radius}, options)
-             : SyntheticCamera(camera, target.trueTags().patches(), options);
+             : SyntheticCamera(camera, target.patches(), options);
 }
 
 std::optional<Eigen::Quaterniond> mountOf(const RobotOptions& robot) {
@@ -234,6 +234,10 @@ void World::expose(DEPTHSERVO_VISP vpImage<unsigned char>& image) {
   view.frame = images_++;
   if (options_.target.type == TargetKind::apriltag) {
     printTags(view);
+  } else if (options_.target.type == TargetKind::wall) {
+    const CameraOptions& c = options_.camera;  // who stands before a wall leaves its borders free
+    if (isHidden(0))
+      view.occluders.push_back({c.width / 8, c.height / 8, 3 * c.width / 4, c.height});
   } else {
     for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
       if (!isHidden(i)) continue;

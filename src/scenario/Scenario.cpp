@@ -58,9 +58,7 @@ Scenario Scenario::load(const std::string& path, const std::vector<std::string>&
   Scenario scenario;
   scenario.file = path;
   detail::FieldReader(root, path, "", [&](Fields& fields) { describe(fields, scenario); });
-  if (scenario.target.type == TargetKind::apriltag && scenario.target.points.empty()) {
-    scenario.target.points = scenario.target.trueTags().corners();
-  }
+  if (scenario.target.points.empty()) scenario.target.points = scenario.target.ownPoints();
   checkTogether(scenario, refuseIn(root, path));
   return scenario;
 }

@@ -87,13 +87,17 @@ void describe(Fields& f, SafetyOptions& safety) {
            "s");
   f.number({"track_age", "since half of the points were last measured"}, safety.track_age,
            Range::above(0, 3600), "s");
-  f.number({"contradiction", "more than half of the points contradict the motion for so long"},
+  f.number({"contradiction",
+            "more than half of the points contradict the motion for so long; then all must be "
+            "found again"},
            safety.contradiction, deadline, "s");
   f.number({"overrun", "the loop has been busy with one image for so long"}, safety.overrun,
            deadline, "s");
   f.number({"unread", "commands have not been read for so long"}, safety.unread, deadline, "s");
   f.number({"calm", "a robot that was stopped goes on after so long without a cause"}, safety.calm,
            {0, 60}, "s");
+  f.number({"give_up", "a cause that holds the robot for longer ends the run, exit code 4"},
+           safety.give_up, Range::above(0, 3600), "s");
 }
 
 }  // namespace

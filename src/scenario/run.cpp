@@ -48,6 +48,11 @@ ServoGoal goalOf(const Scenario& scenario, const SimulatedRig& rig) {
 class Run {
  public:
   explicit Run(const Scenario& scenario) : scenario_(scenario), rig_(scenario, scenario.file) {
+    if (scenario.target.type == TargetKind::wall) {
+      throw InputError({scenario.file, 0, "target.type"},
+                       "a wall has no points of its own: it is for depthservo robot, with a taught "
+                       "goal (doc/servo.md)");
+    }
     requireInView(rig_.truth(), scenario, "robot.initial");
     observation_ = observationOf(scenario, rig_);  // now: a moving target takes the goal along
     loop_.emplace(rig_, observation_, scenario.control, goalOf(scenario, rig_));

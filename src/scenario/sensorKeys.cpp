@@ -42,6 +42,13 @@ void describe(Fields& f, CameraOptions& camera) {
 
 namespace {
 
+/// What finds the points of each kind of target.
+const std::vector<detail::Choice<TargetKind>>& trackerWords() {
+  static const std::vector<detail::Choice<TargetKind>> all = {
+      {TargetKind::dots, "dots"}, {TargetKind::apriltag, "apriltag"}, {TargetKind::wall, "klt"}};
+  return all;
+}
+
 /// \param range of sigma \param unit of sigma
 void describe(Fields& f, LastingError& error, const Range& range, const char* unit) {
   f.number({"sigma", "1 sigma at any time; 0: none"}, error.sigma, range, unit);
@@ -63,7 +70,7 @@ void describe(Fields& f, SensingOptions& sensing) {
       {"source", "image: dots are drawn and tracked; geometry: projected points"}, sensing.source,
       {{SensingSource::geometry, "geometry"}, {SensingSource::image, "image"}});
   f.choice({"tracker", "must agree with `target.type`", kOptional, "as `target.type`"},
-           sensing.tracker, targetWords());
+           sensing.tracker, trackerWords());
   f.number({"pixel_noise",
             "1 sigma per axis: a measured position is the true projection plus white noise. With "
             "images every dot is drawn displaced by it"},

@@ -8,8 +8,8 @@ using detail::kRequired;
 using detail::Need;
 
 const std::vector<detail::Choice<TargetKind>>& targetWords() {
-  static const std::vector<detail::Choice<TargetKind>> all = {{TargetKind::dots, "dots"},
-                                                              {TargetKind::apriltag, "apriltag"}};
+  static const std::vector<detail::Choice<TargetKind>> all = {
+      {TargetKind::dots, "dots"}, {TargetKind::apriltag, "apriltag"}, {TargetKind::wall, "wall"}};
   return all;
 }
 
@@ -51,10 +51,21 @@ void describe(Fields& f, TagOptions& tag) {
             [&](Fields& pose) { depthservo::describe(pose, tag.pose); });
 }
 
+void describe(Fields& f, WallOptions& wall) {
+  f.number({"width", "of the wall"}, wall.width, {0.01, 100}, "m");
+  f.number({"height", "of the wall"}, wall.height, {0.01, 100}, "m");
+  f.number({"cell", "side of its cells, each of a gray level of its own, about"}, wall.cell,
+           {0.001, 10}, "m");
+  f.integer({"seed", "of the gray levels"}, wall.seed, {0, 4294967295.0}, "");
+  f.section({"pose", "of its middle in the object frame"},
+            [&](Fields& pose) { depthservo::describe(pose, wall.pose); });
+}
+
 }  // namespace
 
 void describe(Fields& f, TargetOptions& target) {
-  f.choice({"type", "round dots, or AprilTags"}, target.type, targetWords());
+  f.choice({"type", "round dots, AprilTags, or textured walls (for `depthservo robot`)"},
+           target.type, targetWords());
   const bool hasDots = target.type == TargetKind::dots;
   f.rows({"points",
           "1 to 64 centres [x, y, z] in the object frame; the index of a point is its id. The dots "
@@ -66,7 +77,7 @@ void describe(Fields& f, TargetOptions& target) {
   const std::vector<std::string> names = aprilTagFamilies();
   std::vector<detail::Choice<std::string>> families;
   for (const std::string& name : names) families.push_back({name, name.c_str()});
-  const Need ofTags = Need::onlyFor(!hasDots, "target.type: apriltag");
+  const Need ofTags = Need::onlyFor(target.type == TargetKind::apriltag, "target.type: apriltag");
   f.choice({"family", "of the AprilTags", ofTags}, target.family, families);
   f.list({"tags",
           "1 to 16 AprilTags, instead of points and radius. The points are the tags' corners, "
@@ -74,6 +85,9 @@ void describe(Fields& f, TargetOptions& target) {
           "id 4 i + j",
           ofTags},
          target.tags, [](Fields& item, TagOptions& tag) { describe(item, tag); });
+  f.list({"walls", "1 to 16 textured walls",
+          Need::onlyFor(target.type == TargetKind::wall, "target.type: wall")},
+         target.walls, [](Fields& item, WallOptions& wall) { describe(item, wall); });
   f.section({"pose", "of the object frame in the world"},
             [&](Fields& pose) { describe(pose, target.pose); });
   describe(f,

@@ -86,7 +86,7 @@ std::vector<double> timesOf(const std::vector<Timed>& list) {
 
 const std::vector<std::string>& settingsKeys() {
   static const std::vector<std::string> keys = {"name",   "depth_scale", "target", "dots",
-                                                "images", "image_bits",  "replay"};
+                                                "images", "image_bits",  "taught", "replay"};
   return keys;
 }
 
@@ -273,6 +273,7 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
   tags_ = std::move(seen.tags);
   dots_ = std::move(seen.dots);
   replay_ = std::move(seen.replay);
+  if (settings.has("taught")) readTaught(settings.text("taught"));
   if (settings.has("images")) {
     const StrictMapping images = settings.mapping("images", {"folder", "pattern", "rate"});
     const std::string name = images.text("folder"), pattern = images.text("pattern");
@@ -310,6 +311,23 @@ void Sequence::readCamera(const SequenceOptions& options,
   } else {
     camera_ = loadCamera(cameraSource_);
   }
+}
+
+void Sequence::readTaught(const std::string& folder) {
+  const Sequence shown(inFolder(folder));
+  if (shown.frames().size() != 1 || !shown.hasImages()) {
+    throw InputError({shown.folder(), 0, ""},
+                     "expected a sequence of one image, as teach writes it");
+  }
+  auto taught = std::make_shared<TaughtImage>();
+  taught->image = shown.readImage(0);
+  for (const PixelPoint& point : shown.frames()[0].tracks) {
+    if (point.id != static_cast<int>(taught->points.size())) {
+      throw InputError({shown.folder() + "/tracks.csv", 0, "id"}, "expected 0, 1, ...");
+    }
+    taught->points.emplace_back(point.u, point.v);
+  }
+  taught_ = std::move(taught);
 }
 
 /// A first image that cannot be read matters only to those who read images.

@@ -22,6 +22,8 @@ namespace fs = std::filesystem;
 std::string exact(double value) { return fmt::format("{}", value); }
 std::string timeText(double time_s) { return fmt::format("{:.9f}", time_s); }
 
+constexpr const char* kTaughtFolder = "taught";
+
 std::string cameraInfo(const PinholeCamera& camera) {
   const std::string fx = exact(camera.fx), fy = exact(camera.fy), cx = exact(camera.cx),
                     cy = exact(camera.cy);
@@ -79,6 +81,7 @@ std::string sequenceYaml(const SequenceSettings& settings) {
                  }) +
             "\n";
   }
+  if (settings.taught) text += fmt::format("taught: {}\n", kTaughtFolder);
   if (!settings.replay.empty()) {
     text += "replay:\n";
     std::istringstream lines(settings.replay);
@@ -188,6 +191,15 @@ void SequenceWriter::addPose(double time_s, const Eigen::Isometry3d& wMc) {
 }
 
 void SequenceWriter::finish(const SequenceSettings& settings) {
+  if (settings.taught) {
+    SequenceWriter taught((fs::path(temporary_) / kTaughtFolder).string());
+    taught.addImage(0, settings.taught->image);
+    int id = 0;
+    for (const Eigen::Vector2d& p : settings.taught->points) {
+      taught.addTrack(0, {id++, p.x(), p.y()});
+    }
+    taught.finish({kTaughtFolder, settings.camera, {}, {}, ""});
+  }
   file("camera.yaml", cameraInfo(settings.camera));
   file("sequence.yaml", sequenceYaml(settings));
   for (auto& [name, out] : files_) {

@@ -6,10 +6,12 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <deque>
 #include <mutex>
 #include <thread>
 
 #include "depthservo/sequence/SequenceWriter.h"
+#include "robots/limits.h"
 #include "robots/makeRobot.h"
 #include "servo/ImageCheck.h"
 #include "visp/pose.h"
@@ -35,6 +37,31 @@ SafetyLimits limitsOf(const RobotOptions& robot) {
   return {limits.velocity, limits.acceleration, limits.braking};
 }
 
+/// What the estimator's gates made of the last measurements. (A filter that starts a point anew
+/// after some rejections takes one now and then.)
+class Gates {
+ public:
+  void add(double time_s, int accepted, int rejected) {
+    constexpr double kWindow_s = 0.2;
+    images_.push_back({time_s, accepted, rejected});
+    while (images_.front().time_s < time_s - kWindow_s) images_.pop_front();
+  }
+
+  /// Whether more than half were rejected.
+  bool areShut() const {
+    int accepted = 0, rejected = 0;
+    for (const Image& image : images_) accepted += image.accepted, rejected += image.rejected;
+    return rejected > accepted;
+  }
+
+ private:
+  struct Image {
+    double time_s;
+    int accepted, rejected;
+  };
+  std::deque<Image> images_;
+};
+
 }  // namespace
 
 struct RobotRig::Parts {
@@ -49,6 +76,7 @@ struct RobotRig::Parts {
   // The loop's side.
   bool isStopped() const { return options.stop && *options.stop; }
   bool isOver();
+  void noteLostCamera();
   void take(const Exposure& exposure);
   void skip(double time_s);
 
@@ -66,7 +94,7 @@ struct RobotRig::Parts {
   CommandWriter writer;
   ImageCheck check;
   bool hasOdometry = false;  // before it comes images are of no use
-  std::string reason;  // why the images have ended
+  std::string reason;        // why the images have ended
   Eigen::Isometry3d cameraPose = Eigen::Isometry3d::Identity();
   double lastImage_s = kUnknown, armedAt_s = kUnknown;
   RobotRigCounts counts;
@@ -83,7 +111,8 @@ struct RobotRig::Parts {
   double newestRow_s = kUnknown;
   double wantedImage_s = kUnknown, busySince_s = kUnknown;
   double seen_s = kUnknown, contradictedSince_s = kUnknown;  // of the points, images' clock
-  bool isFound = false;                                      // all points, once
+  Gates gates;
+  bool isFound = false;  // all points, once
   bool hasNews = false, isDone = false;
   std::thread thread;
 };
@@ -132,9 +161,10 @@ bool RobotRig::Parts::isOver() {
     reason = "stopped by the user";
     return true;
   }
-  if (safety.isArmed() && safety.heldFor_s() > options.give_up_s) {
+  if (safety.isArmed() && safety.heldFor_s() > options.safety.give_up) {
     endedBy = safety.reason();
-    reason = fmt::format("stopped by safety: {}, for {:g} s", wordsOf(endedBy), options.give_up_s);
+    reason =
+        fmt::format("stopped by safety: {}, for {:g} s", wordsOf(endedBy), options.safety.give_up);
     return true;
   }
   if (safety.isArmed() && !isFound && lastImage_s - armedAt_s > options.find_s) {
@@ -142,6 +172,14 @@ bool RobotRig::Parts::isOver() {
     return true;
   }
   return false;
+}
+
+/// A camera that gives no more images ends the run as a fault does.
+void RobotRig::Parts::noteLostCamera() {
+  const std::lock_guard lock(mutex);
+  if (!safety.isArmed() || !camera.haveImagesEnded()) return;
+  endedBy = SafetyReason::image;
+  reason = fmt::format("stopped by safety: {}: {}", wordsOf(endedBy), camera.whyEnded());
 }
 
 std::optional<Exposure> RobotRig::next(Listener* listener) {
@@ -155,13 +193,7 @@ std::optional<Exposure> RobotRig::next(Listener* listener) {
       for (Event& event : std::exchange(p.events, {})) note(event.time_s, std::move(event.what));
     }
     if (!exposure) {
-      p.isOver();  // safety may be why
-      const std::lock_guard lock(p.mutex);
-      const SafetyReason now = p.safety.reason();
-      if (p.reason.empty() && p.safety.isArmed() && isFault(now)) {
-        p.endedBy = now;
-        p.reason = fmt::format("stopped by safety: {}; {}", wordsOf(now), p.camera.whyEnded());
-      }
+      if (!p.isOver()) p.noteLostCamera();
       return std::nullopt;
     }
     p.hasOdometry = p.hasOdometry || p.camera.hasOdometry();
@@ -234,22 +266,23 @@ void RobotRig::describe(FrameRecord& frame) const {
 
 void RobotRig::onObserved(const FrameRecord& frame) {
   Parts& p = *parts_;
-  const std::size_t points = std::max<std::size_t>(1, frame.features.size());
-  std::size_t measured = 0, rejected = 0;
+  int accepted = 0, rejected = 0;
   for (const FeatureRecord& feature : frame.features) {
     const bool isRejected = feature.estimate.status == DepthStatus::rejected;
-    measured += feature.measured && !isRejected;
+    accepted += feature.measured && !isRejected;
     rejected += isRejected;
   }
+  const auto points = static_cast<int>(frame.features.size());
   const std::lock_guard lock(p.mutex);
-  const bool isComplete = !frame.features.empty() && measured == frame.features.size();
+  const bool isComplete = points > 0 && accepted == points;
   if (isComplete && !p.isFound) p.note("all points of the goal are found");
   p.isFound = p.isFound || isComplete;
-  if (2 * measured >= points && !frame.features.empty()) p.seen_s = frame.time_s;
-  if (2 * rejected <= points) p.contradictedSince_s = kUnknown;
-  if (2 * rejected > points && std::isnan(p.contradictedSince_s)) {
-    p.contradictedSince_s = frame.time_s;
-  }
+  if (points > 0 && 2 * accepted >= points) p.seen_s = frame.time_s;
+  p.gates.add(frame.time_s, accepted, rejected);
+  const bool areShut = p.gates.areShut();
+  if (areShut && std::isnan(p.contradictedSince_s)) p.contradictedSince_s = frame.time_s;
+  const bool wasStopped = frame.time_s - p.contradictedSince_s > p.options.safety.contradiction;
+  if (!areShut && (!wasStopped || isComplete)) p.contradictedSince_s = kUnknown;
 }
 
 void RobotRig::command(const Eigen::VectorXd& velocities) {
@@ -287,7 +320,7 @@ SafetyReason RobotRig::reason() const {
 
 Eigen::VectorXd RobotRig::wanted() const {
   const std::lock_guard lock(parts_->mutex);
-  return parts_->wanted;
+  return parts_->wanted * commonFactor(parts_->wanted, parts_->model->velocityLimits());
 }
 
 void RobotRig::finish() {
@@ -342,9 +375,9 @@ SafetyInput RobotRig::Parts::inputs() const {
 void RobotRig::Parts::step() {
   safety.step(inputs(), wanted);
   const SafetyReason now = safety.reason();
-  if (now == told || !safety.isArmed()) return;
-  if (isFault(now)) note(fmt::format("stopped by safety: {}", wordsOf(now)));
-  if (isFault(told) && !isFault(now)) note(fmt::format("goes on: {}", wordsOf(now)));
+  if (now == told) return;
+  if (isFault(now) && safety.isArmed()) note(fmt::format("stopped by safety: {}", wordsOf(now)));
+  if (isFault(told) && now == SafetyReason::none) note(fmt::format("goes on: {}", wordsOf(now)));
   told = now;
 }
 

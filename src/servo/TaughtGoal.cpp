@@ -120,6 +120,11 @@ void findPoints(TaughtGoal& goal, const TeachOptions& options, const std::string
 
 SequenceTarget TaughtGoal::toFind() const {
   SequenceTarget found = target;
+  if (tracker == TrackerKind::klt) {
+    auto taught = std::make_shared<TaughtImage>(TaughtImage{image, {}});
+    for (const TrackedPoint& point : points) taught->points.emplace_back(point.u, point.v);
+    found.taught = std::move(taught);
+  }
   if (tracker != TrackerKind::dots) return found;
   found.dots.clear();
   if (!found.target.points.empty()) return found;
@@ -191,7 +196,7 @@ TaughtGoal readGoal(const std::string& folder) {
     if (point.id != static_cast<int>(goal.points.size())) refuse("its points are not 0, 1, ...");
     goal.points.push_back({point.id, point.u, point.v, 0});
   }
-  const std::size_t expected = goal.tracker == TrackerKind::klt
+  const std::size_t expected = goal.tracker == TrackerKind::klt  // as many as were found
                                    ? std::max(kLeastCorners, goal.points.size())
                                    : idsOf(goal.target, goal.tracker).size();
   if (goal.points.size() != expected) {

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <utility>
+
 namespace depthservo {
 namespace {
 
@@ -36,6 +39,31 @@ AprilTagTarget TargetOptions::trueTags() const {
   return target;
 }
 
+std::vector<GrayPatch> TargetOptions::patches() const {
+  if (type == TargetKind::apriltag) return trueTags().patches();
+  std::vector<GrayPatch> all;
+  for (const WallOptions& wall : walls) {
+    const auto cells = [&](double side) { return static_cast<int>(std::ceil(side / wall.cell)); };
+    all.push_back(GrayPatch::random(wall.width, wall.height, cells(wall.width),
+                                        cells(wall.height), wall.seed));
+    all.back().oMp = wall.pose.isometry();
+  }
+  return all;
+}
+
+std::vector<Eigen::Vector3d> TargetOptions::ownPoints() const {
+  if (type == TargetKind::apriltag) return trueTags().corners();
+  std::vector<Eigen::Vector3d> own;
+  for (const WallOptions& wall : walls) {
+    for (const auto& [x, y] :
+         {std::pair(-1, 1), std::pair(1, 1), std::pair(1, -1), std::pair(-1, -1)}) {
+      own.push_back(wall.pose.isometry() *
+                       Eigen::Vector3d(x * wall.width / 4, y * wall.height / 4, 0));
+    }
+  }
+  return own;
+}
+
 AprilTagTarget TargetOptions::assumedTags() const {
   AprilTagTarget target{family, {}};
   for (const TagOptions& tag : tags) {
@@ -46,11 +74,20 @@ AprilTagTarget TargetOptions::assumedTags() const {
 
 DotTarget TargetOptions::dots() const {
   if (type == TargetKind::dots) return {points, radius};
+  if (type == TargetKind::wall) return {};
   const AprilTagTarget known = assumedTags();
   return {known.hasSizes() ? known.corners() : std::vector<Eigen::Vector3d>(), 0};
 }
 
 void check(const TargetOptions& target, const Refuse& refuse) {
+  constexpr double kMostCells = 1e6;
+  if (target.type == TargetKind::wall && (target.walls.empty() || target.walls.size() > 16)) {
+    refuse("walls", fmt::format("expected 1 to 16 walls, got {}", target.walls.size()));
+  }
+  for (const WallOptions& wall : target.walls) {
+    if (wall.width * wall.height / (wall.cell * wall.cell) <= kMostCells) continue;
+    refuse("walls", "has more than a million cells; make them larger");
+  }
   if (target.type == TargetKind::apriltag) checkTags(target, refuse);
   const auto& points = target.points;
   if (points.empty() || points.size() > kMostTargetPoints) {

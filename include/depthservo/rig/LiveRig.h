@@ -52,6 +52,9 @@ class LiveRig : public Rig {
   double time() const override;
   std::string whyEnded() const override;
 
+  /// Whether the source has no more images, so that the rig ended against its will.
+  bool haveImagesEnded() const;
+
   /// Takes the twists that have come. Whether there are enough to know how long one holds.
   bool hasOdometry();
 

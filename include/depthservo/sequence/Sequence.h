@@ -14,6 +14,7 @@
 #include "depthservo/sequence/DepthMap.h"
 #include "depthservo/target/AprilTagTarget.h"
 #include "depthservo/target/DotTarget.h"
+#include "depthservo/target/TaughtImage.h"
 #include "depthservo/text/InputError.h"
 #include "depthservo/visp/visp.h"
 
@@ -85,6 +86,8 @@ struct SequenceTarget {
   std::optional<AprilTagTarget> tags{};  ///< empty when the target is of another type
   std::vector<PixelPoint>
       dots{};  ///< start positions in the first image, ids 0, 1, ...; may be empty
+  /// Natural corners by the image in which they were shown; null: none.
+  std::shared_ptr<const TaughtImage> taught{};
   ReplaySection replay{};
 };
 
@@ -136,8 +139,8 @@ class Sequence {
 
   const ReplaySection& replaySection() const { return replay_; }
 
-  /// The three above in one.
-  SequenceTarget seen() const { return {target_, tags_, dots_, replay_}; }
+  /// All of these in one, and what was taught.
+  SequenceTarget seen() const { return {target_, tags_, dots_, taught_, replay_}; }
 
   /// How the times of the images and those of the odometry, or of the poses when there is none, fit
   /// together; empty when there are neither. (That they do not overlap at all is refused.)
@@ -160,6 +163,7 @@ class Sequence {
 
  private:
   void readSettings(const std::string& path, const SequenceOptions& options);
+  void readTaught(const std::string& folder);
   void readCamera(const SequenceOptions& options, const std::optional<PinholeCamera>& known);
   void useImages(std::vector<ListedImage> images);
   void checkImages();
@@ -182,6 +186,7 @@ class Sequence {
   DotTarget target_;
   std::optional<AprilTagTarget> tags_;
   std::vector<PixelPoint> dots_;
+  std::shared_ptr<const TaughtImage> taught_;
   ReplaySection replay_;
   bool hasImages_ = false;
   int imageBits_ = 0;  // used by images of 16; 0: not known

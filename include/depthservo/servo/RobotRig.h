@@ -17,10 +17,9 @@ struct RobotRigOptions {
   std::string command;  ///< where commands go: see CommandWriter
   RobotOptions robot;
   SafetyOptions safety;
-  double rate = 50;      ///< commands per second between images [Hz]
-  double ttl = 0.2;      ///< time to live of a command [s]
-  double find_s = 10;    ///< an armed robot waits so long for all points of its goal
-  double give_up_s = 2;  ///< a fault that holds it for longer ends the run
+  double rate = 50;    ///< commands per second between images [Hz]
+  double ttl = 0.2;    ///< time to live of a command [s]
+  double find_s = 10;  ///< an armed robot waits so long for all points of its goal
   /// One command per image, by the images' clock: deterministic. Else a thread of its own commands
   /// in real time.
   bool isLockstep = false;
@@ -74,7 +73,7 @@ class RobotRig : public Rig {
   SafetyReason endedBy() const;
   /// Why the robot is held now.
   SafetyReason reason() const;
-  /// What the law asks for, whatever is done about it.
+  /// What the law asks for, within the limits of velocity, whatever is done about it.
   Eigen::VectorXd wanted() const;
   const RobotRigCounts& counts() const;
 

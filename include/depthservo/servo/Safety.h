@@ -18,10 +18,11 @@ struct SafetyOptions {
   double image_age = 0.1;      ///< since the newest image that shows something new was taken [s]
   double odometry_age = 0.1;   ///< since the newest row of odometry [s]
   double track_age = 5;        ///< since half of the points were last measured [s]
-  double contradiction = 0.5;  ///< more than half of the points contradict the motion so long [s]
+  double contradiction = 0.1;  ///< more than half of the points contradict the motion so long [s]
   double overrun = 0.1;        ///< the loop has been busy with one image so long [s]
   double unread = 0.1;         ///< the oldest command has not been read for so long [s]
-  double calm = 0.2;  ///< without a cause for so long, a robot that was stopped goes on [s]
+  double calm = 0.2;   ///< without a cause for so long, a robot that was stopped goes on [s]
+  double give_up = 2;  ///< a fault that holds it for longer ends the run [s]
 };
 
 /// Why the robot is held.

@@ -14,8 +14,8 @@
 
 namespace depthservo {
 
-/// What the camera looks at, and how it is tracked: dots | apriltag.
-enum class TargetKind { dots, apriltag };
+/// What the camera looks at: dots | apriltag | wall.
+enum class TargetKind { dots, apriltag, wall };
 
 constexpr std::size_t kMostTargetPoints = 64;
 
@@ -27,6 +27,14 @@ struct TagOptions {
   RpyPose pose;                        ///< in the object frame
 };
 
+/// A textured wall: every cell has a gray level of its own.
+struct WallOptions {
+  double width = 2, height = 1.5;  ///< [m]
+  double cell = 0.03;              ///< side of a cell, about [m]
+  unsigned seed = 1;               ///< of the gray levels
+  RpyPose pose;                    ///< of its middle in the object frame: x right, y down, z away
+};
+
 struct TargetOptions {
   TargetKind type = TargetKind::dots;
   /// Centres of the dots, or the corners of the tags (not read then, but worked out) [m], object
@@ -35,6 +43,7 @@ struct TargetOptions {
   double radius = 0.02;          ///< of the dots [m]
   std::string family = "36h11";  ///< of the tags
   std::vector<TagOptions> tags;
+  std::vector<WallOptions> walls;
   /// wMo. The default faces the -x direction of the world: object x is world -y, y is world -z
   /// and z is world x.
   RpyPose pose{{0, 0, 0.13}, {-1.5707963267948966, 0, -1.5707963267948966}};
@@ -42,6 +51,10 @@ struct TargetOptions {
 
   /// What is known of the points: of tags only if their sizes are assumed.
   DotTarget dots() const;
+  std::vector<GrayPatch> patches() const;  ///< as they are: tags or walls
+  /// Where no points are given: the corners of the tags; of each wall four points half way to its
+  /// corners.
+  std::vector<Eigen::Vector3d> ownPoints() const;
   AprilTagTarget trueTags() const;     ///< with the sizes that they have
   AprilTagTarget assumedTags() const;  ///< with the sizes that are assumed
 };

@@ -2,6 +2,7 @@
 
 #include <visp3/core/vpImage.h>
 
+#include <string>
 #include <vector>
 
 #include "depthservo/visp/visp.h"
@@ -39,6 +40,9 @@ class PointTracker {
     static const std::vector<int> none;
     return none;
   }
+
+  /// What is to be told of the last image, a sentence; mostly empty.
+  virtual std::string news() { return ""; }
 
   /// Asks for a point to be retired, since it does not stand still. Trackers of named points ignore
   /// it.
