@@ -5,6 +5,7 @@
 #include <csignal>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "Interruption.h"
 #include "View.h"
@@ -85,8 +86,55 @@ class ServoWatcher : public RunWatcher {
   double first_s_ = kUnknown, next_s_ = kUnknown;
 };
 
+/// A source whose next image has been looked at.
+class PeekedSource : public ImageSource {
+ public:
+  explicit PeekedSource(VideoSource& source) : source_(source) {}
+
+  /// None: there are no more.
+  const TimedImage* peek() {
+    ImageStatus status = ImageStatus::skipped;
+    while (status == ImageStatus::skipped) status = source_.next(peeked_);
+    hasPeeked_ = status == ImageStatus::image;
+    return hasPeeked_ ? &peeked_ : nullptr;
+  }
+
+  ImageStatus next(TimedImage& image) override {
+    if (!std::exchange(hasPeeked_, false)) return source_.next(image);
+    image = peeked_;
+    return ImageStatus::image;
+  }
+  std::string reason() const override { return source_.reason(); }
+  bool isLive() const override { return source_.isLive(); }
+  double fps() const override { return source_.fps(); }
+  std::size_t leftOut() const override { return source_.leftOut(); }
+
+ private:
+  VideoSource& source_;
+  TimedImage peeked_;
+  bool hasPeeked_ = false;
+};
+
+/// Those points of the goal that the robot sees from where it is. None: it is not seen.
+std::optional<TaughtGoal> goalInView(const ServoArguments& a, const TaughtGoal& goal,
+                                     PeekedSource& images) {
+  if (goal.tracker != TrackerKind::klt) return goal;
+  std::string news, told;
+  double first_s = kUnknown;
+  while (const TimedImage* image = images.peek()) {
+    if (std::isnan(first_s)) first_s = image->time_s;
+    auto seen = goal.seenIn(image->image, news);
+    if (news != told) fmt::print(stderr, "{}\n", news);
+    told = news;
+    if (seen) return seen;
+    if (a.rig.isLockstep || image->time_s - first_s > a.rig.find_s) return std::nullopt;
+  }
+  fmt::print(stderr, "{}\n", images.reason());
+  return std::nullopt;
+}
+
 LiveOptions liveOptionsOf(const ServoArguments& a, const TaughtGoal& goal, const RobotFile& robot,
-                          const VideoSource& images) {
+                          const ImageSource& images) {
   constexpr double kUsualRate_Hz = 30;
   LiveOptions options;
   options.name = a.source;
@@ -123,7 +171,7 @@ int exitCodeOf(const RunLog& log, const RobotRig& rig, const std::atomic<bool>& 
 }
 
 void tell(const ServoArguments& a, const RunLog& log, const RobotRig& rig,
-          const VideoSource& images, int exitCode) {
+          const ImageSource& images, int exitCode) {
   const RobotRigCounts& counts = rig.counts();
   const double p50 = percentile(counts.latencies_s, 0.5),
                p999 = percentile(counts.latencies_s, 0.999);
@@ -165,17 +213,21 @@ std::unique_ptr<View> viewOf(const ServoArguments& a, const LiveOptions& options
 int servoRobot(ServoArguments& a) {
   silenceImageLibraries();
   std::signal(SIGPIPE, SIG_IGN);
-  const TaughtGoal goal = readGoal(a.goal);
+  const TaughtGoal taught = readGoal(a.goal);
   const RobotFile robot = robotOf(a);
   if (!a.out.empty()) requireNewRunFolder(a.out);
   std::unique_ptr<SequenceRecorder> recorder;  // first: it takes signals to itself
   if (!a.record.empty()) recorder = std::make_unique<SequenceRecorder>(a.record);
   const std::atomic<bool>& stop = stopOnInterruption();
-  a.video.width = goal.camera.width;
-  a.video.height = goal.camera.height;
+  a.video.width = taught.camera.width;
+  a.video.height = taught.camera.height;
   a.video.stop = &stop;
-  VideoSource images(a.source, a.video);
+  VideoSource video(a.source, a.video);
+  PeekedSource images(video);
   TwistStream twists(a.twist);
+  const auto inView = goalInView(a, taught, images);
+  if (!inView) return kOtherOutcome;
+  const TaughtGoal& goal = *inView;
   const LiveOptions options = liveOptionsOf(a, goal, robot, images);
   LiveRig camera(options, images, &twists);
   RobotRigOptions rigOptions = a.rig;

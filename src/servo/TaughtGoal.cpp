@@ -9,12 +9,12 @@
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/tracking/AprilTagTracker.h"
 #include "depthservo/tracking/DotTracker.h"
-#include "depthservo/tracking/KltTracker.h"
 #include "depthservo/tracking/TargetPose.h"
+#include "depthservo/tracking/TaughtTracker.h"
 #include "depthservo/visp/using.h"
 #include "observation/makeTracker.h"
 #include "tracking/DotDetector.h"
-#include "tracking/spreadPoints.h"
+#include "tracking/lastingCorners.h"
 
 namespace depthservo {
 namespace {
@@ -54,15 +54,6 @@ AprilTagTarget tagsIn(const Image& image, const std::string& family) {
   return tags;
 }
 
-std::vector<TrackedPoint> cornersIn(const Image& image, int count) {
-  KltTrackerOptions options;
-  options.points = std::min(2000, 20 * count);
-  std::vector<TrackedPoint> corners = KltTracker(options).track(image, {});
-  corners = detail::spread(std::move(corners), static_cast<std::size_t>(count));
-  for (std::size_t i = 0; i < corners.size(); ++i) corners[i].id = static_cast<int>(i);
-  return corners;
-}
-
 /// What was found, one point at least for each of the target's.
 void requireAll(const TaughtGoal& goal, std::size_t expected, const std::string& place) {
   const bool hasCorners = goal.tracker == TrackerKind::klt;
@@ -91,7 +82,7 @@ std::vector<double> depthsByPose(const TaughtGoal& goal) {
 
 void findPoints(TaughtGoal& goal, const TeachOptions& options, const std::string& place) {
   if (goal.tracker == TrackerKind::klt) {
-    goal.points = cornersIn(goal.image, options.corners);
+    goal.points = detail::lastingCorners(goal.image, static_cast<std::size_t>(options.corners));
     return requireAll(goal, 0, place);
   }
   if (goal.tracker == TrackerKind::apriltag && !goal.target.tags) {
@@ -133,6 +124,33 @@ SequenceTarget TaughtGoal::toFind() const {
     found.target.points.emplace_back(s.x(), s.y(), 0);
   }
   return found;
+}
+
+std::optional<TaughtGoal> TaughtGoal::seenIn(const Image& from, std::string& news) const {
+  if (tracker != TrackerKind::klt) return *this;
+  constexpr double kSure_px = 1;
+  TaughtTrackerOptions strict;
+  strict.similarity = 0.87;  // with a margin to what it takes to follow them
+  TaughtGoal seen = *this;
+  for (bool isComplete = false;
+       !isComplete;) {  // those that remain must be found without the others
+    if (seen.points.size() < kLeastCorners) return std::nullopt;
+    TaughtTracker search(*seen.toFind().taught, strict);
+    TaughtGoal fewer = seen;
+    fewer.points.clear();
+    fewer.Z.clear();
+    for (const TrackedPoint& found : search.track(from, {})) {
+      if (found.sigma_px > kSure_px) continue;
+      const auto i = static_cast<std::size_t>(found.id);
+      fewer.points.push_back(seen.points[i]);
+      fewer.points.back().id = static_cast<int>(fewer.points.size()) - 1;
+      if (!seen.Z.empty()) fewer.Z.push_back(seen.Z[i]);
+    }
+    if (seen.points.size() == points.size()) news = search.news();
+    isComplete = fewer.points.size() == seen.points.size();
+    seen = std::move(fewer);
+  }
+  return seen;
 }
 
 ServoGoal TaughtGoal::servoGoal(double otherwise) const {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kHomography_px = 4, kEpipolar_px = 2;  // greatest distance of an inlier
 constexpr double kSure = 0.995;
-constexpr double kFlat = 0.7;            // share of the epipolar inliers that one plane explains
+constexpr int kMostPlanes = 4, kLeastOnPlane = 10;
 constexpr std::size_t kNeighbours = 10;  // that tell how the surroundings of a point move
 
 Eigen::Vector2d toEigen(const cv::Point2f& p) { return {p.x, p.y}; }
@@ -21,6 +21,14 @@ std::vector<Eigen::Vector2d> chosen(const std::vector<cv::Point2f>& points, cons
     if (mask.at<unsigned char>(static_cast<int>(i))) inliers.push_back(toEigen(points[i]));
   }
   return inliers;
+}
+
+std::vector<cv::Point2f> withoutThose(const std::vector<cv::Point2f>& points, const cv::Mat& mask) {
+  std::vector<cv::Point2f> others;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!mask.at<unsigned char>(static_cast<int>(i))) others.push_back(points[i]);
+  }
+  return others;
 }
 
 TaughtPlace byHomography(const cv::Mat& H, const Eigen::Vector2d& p) {
@@ -90,29 +98,32 @@ TaughtMatcher::Result TaughtMatcher::find(const cv::Mat& image,
   Result result;
   const Pairs pairs = match(image);
   result.matches = static_cast<int>(pairs.from.size());
-  if (result.matches < leastInliers) return result;
-  cv::Mat onPlane, onLines;
-  const cv::Mat H = cv::findHomography(pairs.from, pairs.to, cv::RANSAC, kHomography_px, onPlane);
-  const cv::Mat F =
-      cv::findFundamentalMat(pairs.from, pairs.to, cv::FM_RANSAC, kEpipolar_px, kSure, onLines);
-  const int flat = H.empty() ? 0 : cv::countNonZero(onPlane);
-  const int inDepth = F.empty() ? 0 : cv::countNonZero(onLines);
-  result.isFlat = flat >= leastInliers && flat >= kFlat * inDepth;
-  result.inliers = result.isFlat ? flat : inDepth;
-  if (result.inliers < leastInliers) return result;
-  if (result.isFlat) {
-    for (const Eigen::Vector2d& p : points) result.places.push_back(byHomography(H, p));
-    return result;
+  Pairs rest = pairs;
+  while (result.planes < kMostPlanes && static_cast<int>(rest.from.size()) >= kLeastOnPlane) {
+    cv::Mat mask;
+    const cv::Mat H = cv::findHomography(rest.from, rest.to, cv::RANSAC, kHomography_px, mask);
+    const int inliers = H.empty() ? 0 : cv::countNonZero(mask);
+    if (inliers < (result.planes == 0 ? leastInliers : kLeastOnPlane)) break;
+    ++result.planes;
+    result.inliers += inliers;
+    result.hypotheses.emplace_back();
+    for (const Eigen::Vector2d& p : points) result.hypotheses.back().push_back(byHomography(H, p));
+    rest = {withoutThose(rest.from, mask), withoutThose(rest.to, mask)};
   }
-  const auto from = chosen(pairs.from, onLines), to = chosen(pairs.to, onLines);
+  if (result.planes > 0 || result.matches < leastInliers) return result;
+  cv::Mat mask;
+  const cv::Mat F =
+      cv::findFundamentalMat(pairs.from, pairs.to, cv::FM_RANSAC, kEpipolar_px, kSure, mask);
+  result.inliers = F.empty() ? 0 : cv::countNonZero(mask);
+  if (result.inliers < leastInliers) return result;
+  const auto from = chosen(pairs.from, mask), to = chosen(pairs.to, mask);
+  std::vector<TaughtPlace> places;
   for (const Eigen::Vector2d& p : points) {
     const auto place = affineAt(p, from, to, kNeighbours);
-    if (!place) {
-      result.places.clear();
-      return result;
-    }
-    result.places.push_back(*place);
+    if (!place) return result;
+    places.push_back(*place);
   }
+  result.hypotheses.push_back(std::move(places));
   return result;
 }
 

@@ -26,9 +26,10 @@ class TaughtMatcher {
   TaughtMatcher(const cv::Mat& taught, int features, double ratio);
 
   struct Result {
-    std::vector<TaughtPlace> places;  // one for each point; none: no motion explains the matches
-    int matches = 0, inliers = 0;
-    bool isFlat = false;  // one homography explains them
+    /// Of every motion that explains enough matches (of a plane each; of the nearest matches where
+    /// there is none) the places of all points; none: the taught image is not there.
+    std::vector<std::vector<TaughtPlace>> hypotheses;
+    int matches = 0, inliers = 0, planes = 0;
   };
   Result find(const cv::Mat& image, const std::vector<Eigen::Vector2d>& points,
               int leastInliers) const;

@@ -95,7 +95,7 @@ class TaughtTracker::Impl {
   struct State {
     TaughtPlace place;
     bool isSeen = false;
-    bool wasEver = false;  // given, be it by its place
+    bool wasSeen = false;  // ever
     double sigma_px = 0;
   };
 
@@ -109,10 +109,10 @@ class TaughtTracker::Impl {
     image.copyTo(before_);
     for (std::size_t i = 0; i < states_.size(); ++i) {
       const State& state = states_[i];
-      const int id = static_cast<int>(i);
-      if (state.isSeen || state.sigma_px > 0) {
-        found_.push_back({id, state.place.point.x(), state.place.point.y(), state.sigma_px});
-      }
+      const double sigma_px = state.isSeen ? state.sigma_px : kPlace_px;
+      if (!state.isSeen && (state.wasSeen || 2 * seen() < states_.size())) continue;
+      found_.push_back(
+          {static_cast<int>(i), state.place.point.x(), state.place.point.y(), sigma_px});
     }
   }
 
@@ -125,16 +125,20 @@ class TaughtTracker::Impl {
   bool search(const cv::Mat& image) {
     const auto result = matcher_.find(image, points_, options_.least_matches);
     for (State& state : states_) state.isSeen = false, state.sigma_px = 0;
-    if (result.places.empty()) {
+    if (result.hypotheses.empty()) {
       tell(fmt::format("the taught image is not found: {} of {} matches agree, needs {}",
                        result.inliers, result.matches, options_.least_matches));
       return false;
     }
     for (std::size_t i = 0; i < states_.size(); ++i) {
-      State& state = states_[i];
-      state.place = result.places[i];
-      measure(image, state, points_[i], kSearchReach_px);
+      for (const auto& places : result.hypotheses) {
+        if (states_[i].isSeen) break;
+        states_[i].place = places[i];
+        measure(image, states_[i], points_[i], kSearchReach_px);
+      }
+      if (!states_[i].isSeen) states_[i].place = result.hypotheses[0][i];
     }
+    lookBesideThoseSeen(image);
     const std::size_t count = seen();
     if (static_cast<double>(count) < kLost * static_cast<double>(states_.size())) {
       for (State& state : states_) state.isSeen = false, state.sigma_px = 0;
@@ -142,15 +146,30 @@ class TaughtTracker::Impl {
                        count, states_.size()));
       return false;
     }
-    for (State& state : states_) {
-      if (!state.isSeen && !state.wasEver) state.sigma_px = kPlace_px;
-      state.wasEver = true;
-    }
+    const std::string planes = result.planes == 1   ? "a plane"
+                               : result.planes == 0 ? "one motion of the camera"
+                                                    : fmt::format("{} planes", result.planes);
     tell(fmt::format(
         "the taught image is found: {} of {} matches agree with {}; {} of {} points seen",
-        result.inliers, result.matches, result.isFlat ? "a plane" : "one motion of the camera",
-        count, states_.size()));
+        result.inliers, result.matches, planes, count, states_.size()));
     return true;
+  }
+
+  /// The points not seen yet, by the motion of those that are.
+  void lookBesideThoseSeen(const cv::Mat& image) {
+    std::vector<Eigen::Vector2d> taught, now;
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      if (!states_[i].isSeen) continue;
+      taught.push_back(points_[i]);
+      now.push_back(states_[i].place.point);
+    }
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      if (states_[i].isSeen) continue;
+      const auto place = detail::affineAt(points_[i], taught, now, kNeighbours);
+      if (!place) continue;
+      states_[i].place = *place;
+      measure(image, states_[i], points_[i], kSearchReach_px);
+    }
   }
 
   /// The same words once in a row.
@@ -194,12 +213,10 @@ class TaughtTracker::Impl {
       State& state = states_[i];
       const auto place = detail::affineAt(points_[i], taught, now, kNeighbours);
       if (place) state.place.warp = place->warp;
-      if (!state.isSeen) {
-        if (awaited[i]) {
-          state.place.point = *awaited[i];
-        } else if (place) {
-          state.place.point = place->point;
-        }
+      if (!state.isSeen && place && (!state.wasSeen || !awaited[i])) {
+        state.place.point = place->point;
+      } else if (!state.isSeen && awaited[i]) {
+        state.place.point = *awaited[i];
       }
       measure(image, state, points_[i], kReach_px);
     }
@@ -211,13 +228,24 @@ class TaughtTracker::Impl {
     state.sigma_px = 0;
     const double zoom = std::sqrt(std::abs(state.place.warp.determinant()));
     if (!(zoom > kLeastZoom && zoom < kMostZoom) || !state.place.point.allFinite()) return;
-    const auto look = ReferencePatch::at(warped(state.place.warp, point, zoom), kMiddle);
+    const cv::Mat expected = warped(state.place.warp, point, zoom);
+    const auto look = ReferencePatch::at(expected, kMiddle);
     if (!look) return;
     const auto found = look->align(image, state.place.point, reach_px, noise_);
     if (!found || found->similarity < options_.similarity) return;
+    if (likeness(expected, image, found->point) < options_.similarity) return;
     state.place.point = found->point;
     state.sigma_px = std::hypot(kFloor_px, found->sigma_px);
-    state.isSeen = true;
+    state.isSeen = state.wasSeen = true;
+  }
+
+  /// Correlation of wide surroundings: corners alone are like many others.
+  static double likeness(const cv::Mat& expected, const cv::Mat& image, const Eigen::Vector2d& at) {
+    cv::Mat seen, result;
+    cv::getRectSubPix(image, expected.size(),
+                      {static_cast<float>(at.x()), static_cast<float>(at.y())}, seen);
+    cv::matchTemplate(seen, expected, result, cv::TM_CCOEFF_NORMED);
+    return static_cast<double>(result.at<float>(0, 0));
   }
 
   /// The surroundings of a taught point as they look now.
@@ -233,7 +261,7 @@ class TaughtTracker::Impl {
     return patch;
   }
 
-  static constexpr int kSide = 2 * (ReferencePatch::kHalf + 4) + 1;
+  static constexpr int kSide = 39;  // [px]: twice and a half what is aligned
   const Eigen::Vector2d kMiddle = Eigen::Vector2d::Constant((kSide - 1) / 2.0);
 
   TaughtTrackerOptions options_;

@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(Servo, TeachAndReturn,
                                               false},
                                          Task{"omni_tag", served("tag"), "{x: -1, y: 0, theta: 0}",
                                               "--tracker apriltag", kOmni, true}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& task) { return std::string(task.param.name); });
 
 TEST(Servo, replay_of_its_record_gives_the_same_estimates) {
   RobotPair pair(served("dots", "--set 'robot.initial={x: -1.6, y: 0.05, theta: 0}'"));

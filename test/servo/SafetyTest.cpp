@@ -194,7 +194,7 @@ INSTANTIATE_TEST_SUITE_P(
               &SafetyOptions::contradiction},
         Fault{"overrun", SafetyReason::overrun, &SafetyInput::busyFor_s, &SafetyOptions::overrun},
         Fault{"unread", SafetyReason::unread, &SafetyInput::unreadFor_s, &SafetyOptions::unread}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& fault) { return std::string(fault.param.name); });
 
 TEST(Safety, brakes_for_a_command_that_is_not_finite_or_of_another_size_and_goes_on_after_it) {
   for (const Velocities& bad : {of(kNaN, 0), of(0, kInf), Velocities(Eigen::Vector3d(0.1, 0, 0))}) {

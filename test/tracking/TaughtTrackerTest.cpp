@@ -143,8 +143,6 @@ TEST(TaughtTracker, finds_them_where_the_scene_is_not_flat) {
   const auto sure = std::count_if(found.begin(), found.end(),
                                   [](const TrackedPoint& p) { return p.sigma_px < 1; });
   EXPECT_GE(sure, 12);
-  EXPECT_EQ(tracker.track(walls.seenFrom(start), {}).size(), static_cast<std::size_t>(sure))
-      << "a place alone is given once";
 }
 
 TEST(TaughtTracker, finds_nothing_in_another_scene_and_says_so) {

@@ -17,7 +17,7 @@ namespace depthservo {
 struct TeachOptions {
   TrackerKind tracker = TrackerKind::automatic;  ///< automatic: as the target says, else klt
   std::string tagFamily = "36h11";               ///< without a target
-  int corners = 24;                              ///< natural corners that are kept, 4..256
+  int corners = 40;                              ///< natural corners that are kept, 4..256
   std::optional<double> depth;                   ///< of all points at the goal, if known [m]
 };
 
@@ -37,6 +37,12 @@ struct TaughtGoal {
   /// What finds the same points in other images: the pattern of the dots stands for a plate whose
   /// size is not known (its points are those of the goal's image plane, 1 m away).
   SequenceTarget toFind() const;
+
+  /// The same goal by those of its natural corners that an image shows, numbered anew: a robot need
+  /// not wait for one that is not in its view. Any other goal as it is. \param news what was found
+  /// \return none: the image does not show the goal
+  std::optional<TaughtGoal> seenIn(const DEPTHSERVO_VISP vpImage<unsigned char>& from,
+                                   std::string& news) const;
 
   /// \param otherwise depth where none is known [m]
   ServoGoal servoGoal(double otherwise) const;

@@ -9,24 +9,24 @@
 namespace depthservo {
 
 struct TaughtTrackerOptions {
-  int features = 1500;       ///< of each image that are compared, 100..5000
-  double ratio = 0.8;        ///< greatest distance of a match, as a share of the second best, 0..1
-  int least_matches = 15;    ///< that agree on one motion of the camera, >= 8
-  double similarity = 0.75;  ///< least correlation of a point with what was shown, 0..1
+  int features = 1500;      ///< of each image that are compared, 100..5000
+  double ratio = 0.8;       ///< greatest distance of a match, as a share of the second best, 0..1
+  int least_matches = 15;   ///< that agree on one motion of the camera, >= 8
+  double similarity = 0.7;  ///< least correlation of a point with what was shown, 0..1
 };
 
 /// Finds the points of a taught image again, from other places.
 ///
 /// The first search, and any after most points are lost, matches ORB features (Rublee et al., 2011)
-/// of both images. Those that agree with one homography, or with one epipolar geometry where the
-/// scene is not flat, tell where each point should be and how its surroundings are zoomed, turned
-/// and tilted. From image to image pyramidal Lucas-Kanade follows the points. Either way a point is
-/// measured by aligning the taught image itself, warped as its neighbours say: there is no drift,
-/// and at the goal it stands where it stood.
+/// of both images. Those that agree with the homographies of a few planes, or with one epipolar
+/// geometry where there are none, tell where each point should be and how its surroundings are
+/// zoomed, turned and tilted. From image to image pyramidal Lucas-Kanade follows the points. Either
+/// way a point is measured by aligning the taught image itself, warped as its neighbours say: there
+/// is no drift, and at the goal it stands where it stood.
 ///
-/// A point that the search places outside of the image, or that does not look as it should, is
-/// given once by its place, with a sigma_px of 3 px or more: it is then predicted until it is seen.
-/// Else sigma_px is that of the alignment, at least 0.05 px.
+/// A point that has not been seen yet, since it is outside of the image or does not look as it
+/// should, is given by the place that its neighbours tell, with a sigma_px of 3 px, while half of
+/// the points are seen. Else sigma_px is that of the alignment, at least 0.05 px.
 ///
 /// No display is needed and nothing is printed. `track` allocates; a search takes some 20 ms for
 /// 640 x 480.

@@ -1,11 +1,36 @@
-#include "tracking/spreadPoints.h"
+#include "tracking/lastingCorners.h"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/imgproc.hpp>
+
+#include "depthservo/tracking/KltTracker.h"
 
 namespace depthservo::detail {
+
+std::vector<TrackedPoint> lastingCorners(const DEPTHSERVO_VISP vpImage<unsigned char>& image,
+                                         std::size_t count) {
+  constexpr std::size_t kChoice = 4;  // candidates for each corner
+  const cv::Mat whole(static_cast<int>(image.getHeight()), static_cast<int>(image.getWidth()),
+                      CV_8U, image.bitmap);
+  DEPTHSERVO_VISP vpImage<unsigned char> half((image.getHeight() + 1) / 2,
+                                              (image.getWidth() + 1) / 2);
+  cv::Mat halved(static_cast<int>(half.getHeight()), static_cast<int>(half.getWidth()), CV_8U,
+                 half.bitmap);
+  cv::pyrDown(whole, halved, halved.size());
+  KltTrackerOptions options;
+  options.points = static_cast<int>(std::min<std::size_t>(2000, kChoice * count));
+  std::vector<TrackedPoint> corners = spread(KltTracker(options).track(half, {}), count);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    TrackedPoint& corner = corners[i];
+    corner.id = static_cast<int>(i);
+    corner.u *= 2;
+    corner.v *= 2;
+  }
+  return corners;
+}
 
 std::vector<TrackedPoint> spread(std::vector<TrackedPoint> points, std::size_t count) {
   if (points.size() <= count || count == 0) return points;
