@@ -99,6 +99,8 @@ class PeekedSource : public ImageSource {
     return hasPeeked_ ? &peeked_ : nullptr;
   }
 
+  void forget() { hasPeeked_ = false; }
+
   ImageStatus next(TimedImage& image) override {
     if (!std::exchange(hasPeeked_, false)) return source_.next(image);
     image = peeked_;
@@ -126,6 +128,7 @@ std::optional<TaughtGoal> goalInView(const ServoArguments& a, const TaughtGoal& 
     auto seen = goal.seenIn(image->image, news);
     if (news != told) fmt::print(stderr, "{}\n", news);
     told = news;
+    if (seen && !a.rig.isLockstep) images.forget();  // it is old by now
     if (seen) return seen;
     if (a.rig.isLockstep || image->time_s - first_s > a.rig.find_s) return std::nullopt;
   }

@@ -141,6 +141,10 @@ RobotFile readRobotFile(const std::string& path) {
     throw InputError({path, 0, key}, message);
   };
   check(file.robot, refuse);
+  if (file.robot.type == RobotKind::panUnicycle ||
+      file.robot.type == RobotKind::mobileManipulator) {
+    refuse("type", "where its joints are is not known to servo; expected unicycle, omni or free");
+  }
   check(file.control, detail::below("control", refuse));
   if (file.control.law != Law::vpServo && file.control.law != Law::task) {
     refuse("control.law", "a robot is steered to a taught goal by vpServo or task");

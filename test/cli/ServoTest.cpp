@@ -79,11 +79,13 @@ TEST(Servo, refuses_what_cannot_be_used_in_one_line) {
   };
   expectRefused(depthservo("servo --source " + (folder / "im").string() + " " + good),
                 {"im", "no such file"});
-  expectRefused(with(folder.path(), pair.path("robot.yaml")), {folder.path(), "missing"});
+  expectRefused(with(folder.path(), pair.path("robot.yaml")), {folder.path(), "is not a sequence"});
   expectRefused(with(pair.path("seen"), pair.path("robot.yaml")), {"seen", "goal"});
   expectRefused(with(pair.path("goal"), folder / "none.yaml"), {"none.yaml"});
   expectRefused(with(pair.path("goal"), folder / "robot.yaml"), {"limits.brake", "brake_v"});
   expectRefused(with(pair.path("goal"), folder / "legs.yaml"), {"type", "hexapod", "unicycle"});
+  folder.write("arm.yaml", "type: mobile-manipulator\n");
+  expectRefused(with(pair.path("goal"), folder / "arm.yaml"), {"type", "joints", "omni"});
   expectRefused(with(pair.path("goal"), folder / "profile.yaml"), {"control.law", "vpServo"});
 }
 

@@ -41,6 +41,8 @@ TEST(KeyPages, the_tables_in_the_documentation_are_those_of_the_code) {
       << "write the table anew: depthservo keys --replay --markdown";
   EXPECT_EQ(documented("--errors --markdown"), keysAsMarkdown(KeySet::errors))
       << "write the table anew: depthservo keys --errors --markdown";
+  EXPECT_EQ(documented("--robot --markdown"), keysAsMarkdown(KeySet::robot))
+      << "write the table anew: depthservo keys --robot --markdown";
 }
 
 TEST(KeyPages, the_shipped_schema_is_that_of_the_code) {

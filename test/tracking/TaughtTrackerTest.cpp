@@ -6,6 +6,7 @@
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/TaughtTracker.h"
 #include "depthservo/visp/using.h"
+#include "tracking/lastingCorners.h"
 
 namespace depthservo::test {
 namespace {
@@ -64,12 +65,13 @@ Eigen::Vector2d seenAgain(const Eigen::Vector2d& pixel, const Eigen::Isometry3d&
           kCamera.cy + kCamera.fy * seen.y() / seen.z()};
 }
 
-std::vector<Eigen::Vector2d> grid() {
-  std::vector<Eigen::Vector2d> points;
-  for (int v = 60; v < 480; v += 90) {
-    for (int u = 60; u < 640; u += 104) points.emplace_back(u + 0.3, v + 0.7);
-  }
-  return points;
+/// As `teach` chooses them.
+TaughtImage taughtBy(const Image& image) {
+  TaughtImage taught{image, {}};
+  for (const TrackedPoint& p : detail::lastingCorners(image, 30))
+    taught.points.emplace_back(p.u, p.v);
+  EXPECT_EQ(taught.points.size(), 30u);
+  return taught;
 }
 
 struct Score {
@@ -104,15 +106,24 @@ const Eigen::Isometry3d kStarts[] = {kGoal, pose(0.1, 0.02, 1.3, 0.05),
 
 TEST_P(TaughtTrackerStarts, finds_the_points_from_other_places) {
   Walls walls(true);
-  const auto points = grid();
-  TaughtTracker tracker({walls.seenFrom(kGoal), points});
+  const TaughtImage taught = taughtBy(walls.seenFrom(kGoal));
+  const auto& points = taught.points;
+  TaughtTracker tracker(taught);
   const Eigen::Isometry3d& now = kStarts[GetParam()];
   const auto& found = tracker.track(walls.seenFrom(now), {});
-  EXPECT_EQ(found.size(), points.size()) << "the first search gives a place to every point";
+  int inView = 0;
+  for (const Eigen::Vector2d& p : points) {
+    const Eigen::Vector2d q = seenAgain(p, kGoal, now);
+    inView += q.x() > 25 && q.x() < 614 && q.y() > 25 && q.y() < 454;
+  }
   const Score s = score(found, points, kGoal, now);
-  EXPECT_GE(s.measured, 15);
-  EXPECT_LT(s.rms_px, 0.25);
-  EXPECT_LT(s.worst_px, 1);
+  EXPECT_GE(s.measured, 0.85 * inView);
+  EXPECT_GE(inView, 10);
+  if (2 * s.measured >= static_cast<int>(points.size())) {
+    EXPECT_EQ(found.size(), points.size()) << "the others by their place";
+  }
+  EXPECT_LT(s.rms_px, 0.15);
+  EXPECT_LT(s.worst_px, 0.5);
   EXPECT_NE(tracker.news().find("is found"), std::string::npos);
 }
 
@@ -120,8 +131,9 @@ INSTANTIATE_TEST_SUITE_P(TaughtTracker, TaughtTrackerStarts, testing::Range(0, 5
 
 TEST(TaughtTracker, follows_without_drift_all_the_way_to_the_goal) {
   Walls walls(true);
-  const auto points = grid();
-  TaughtTracker tracker({walls.seenFrom(kGoal), points});
+  const TaughtImage taught = taughtBy(walls.seenFrom(kGoal));
+  const auto& points = taught.points;
+  TaughtTracker tracker(taught);
   Score s;
   for (int i = 0; i <= 60; ++i) {
     const double way = 1 - i / 60.0;
@@ -138,7 +150,7 @@ TEST(TaughtTracker, follows_without_drift_all_the_way_to_the_goal) {
 TEST(TaughtTracker, finds_them_where_the_scene_is_not_flat) {
   Walls walls(false);
   const Eigen::Isometry3d start = pose(-0.1, 0, 1.6, -0.05);
-  TaughtTracker tracker({walls.seenFrom(kGoal), grid()});
+  TaughtTracker tracker(taughtBy(walls.seenFrom(kGoal)));
   const auto& found = tracker.track(walls.seenFrom(start), {});
   const auto sure = std::count_if(found.begin(), found.end(),
                                   [](const TrackedPoint& p) { return p.sigma_px < 1; });
@@ -147,7 +159,7 @@ TEST(TaughtTracker, finds_them_where_the_scene_is_not_flat) {
 
 TEST(TaughtTracker, finds_nothing_in_another_scene_and_says_so) {
   Walls walls(true);
-  TaughtTracker tracker({walls.seenFrom(kGoal), grid()});
+  TaughtTracker tracker(taughtBy(walls.seenFrom(kGoal)));
   SyntheticCamera other(kCamera, {GrayPatch::random(4, 3, 100, 75, 77)});
   SyntheticView view;
   view.cMo = kGoal;
@@ -162,8 +174,9 @@ TEST(TaughtTracker, finds_nothing_in_another_scene_and_says_so) {
 
 TEST(TaughtTracker, finds_them_again_after_they_were_covered) {
   Walls walls(true);
-  const auto points = grid();
-  TaughtTracker tracker({walls.seenFrom(kGoal), points});
+  const TaughtImage taught = taughtBy(walls.seenFrom(kGoal));
+  const auto& points = taught.points;
+  TaughtTracker tracker(taught);
   tracker.track(walls.seenFrom(kStarts[1]), {});
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(tracker.track(Image(480, 640, 128), {}).empty());
   const Score s = score(tracker.track(walls.seenFrom(kStarts[2]), {}), points, kGoal, kStarts[2]);
@@ -173,8 +186,9 @@ TEST(TaughtTracker, finds_them_again_after_they_were_covered) {
 
 TEST(TaughtTracker, gives_the_same_every_time) {
   Walls walls(true);
-  const Image taught = walls.seenFrom(kGoal), now = walls.seenFrom(kStarts[3]);
-  TaughtTracker one({taught, grid()}), other({taught, grid()});
+  const TaughtImage taught = taughtBy(walls.seenFrom(kGoal));
+  const Image now = walls.seenFrom(kStarts[3]);
+  TaughtTracker one(taught), other(taught);
   const auto a = one.track(now, {});
   const auto b = other.track(now, {});
   ASSERT_EQ(a.size(), b.size());
