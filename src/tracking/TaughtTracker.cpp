@@ -26,6 +26,7 @@ constexpr double kSearchReach_px = 8;  // the same after a search
 constexpr double kFloor_px = 0.05;     // of sigma_px: the warp is that of the neighbours
 constexpr double kPlace_px = 3;        // sigma of a place that only the search tells
 constexpr double kLost = 0.3;          // of the points in view, less: it searches anew
+constexpr double kFar_px = 10;         // from a sure expectation: the neighbours move otherwise
 constexpr double kSureExpectation_px = 10;
 constexpr double kLeastZoom = 0.08, kMostZoom = 8;
 constexpr std::size_t kNeighbours = 8;
@@ -95,7 +96,7 @@ class TaughtTracker::Impl {
   struct State {
     TaughtPlace place;
     bool isSeen = false;
-    bool wasSeen = false;  // ever
+    bool hasPlace = false;  // by its neighbours, and not contradicting what is expected
     double sigma_px = 0;
   };
 
@@ -110,7 +111,7 @@ class TaughtTracker::Impl {
     for (std::size_t i = 0; i < states_.size(); ++i) {
       const State& state = states_[i];
       const double sigma_px = state.isSeen ? state.sigma_px : kPlace_px;
-      if (!state.isSeen && (state.wasSeen || 2 * seen() < states_.size())) continue;
+      if (!state.isSeen && !(state.hasPlace && 2 * seen() >= states_.size())) continue;
       found_.push_back(
           {static_cast<int>(i), state.place.point.x(), state.place.point.y(), sigma_px});
     }
@@ -137,6 +138,7 @@ class TaughtTracker::Impl {
         measure(image, states_[i], points_[i], kSearchReach_px);
       }
       if (!states_[i].isSeen) states_[i].place = result.hypotheses[0][i];
+      states_[i].hasPlace = true;
     }
     lookBesideThoseSeen(image);
     const std::size_t count = seen();
@@ -213,10 +215,9 @@ class TaughtTracker::Impl {
       State& state = states_[i];
       const auto place = detail::affineAt(points_[i], taught, now, kNeighbours);
       if (place) state.place.warp = place->warp;
-      if (!state.isSeen && place && (!state.wasSeen || !awaited[i])) {
-        state.place.point = place->point;
-      } else if (!state.isSeen && awaited[i]) {
-        state.place.point = *awaited[i];
+      state.hasPlace = place && !(awaited[i] && (place->point - *awaited[i]).norm() > kFar_px);
+      if (!state.isSeen && (state.hasPlace || awaited[i])) {
+        state.place.point = state.hasPlace ? place->point : *awaited[i];
       }
       measure(image, state, points_[i], kReach_px);
     }
@@ -236,7 +237,7 @@ class TaughtTracker::Impl {
     if (likeness(expected, image, found->point) < options_.similarity) return;
     state.place.point = found->point;
     state.sigma_px = std::hypot(kFloor_px, found->sigma_px);
-    state.isSeen = state.wasSeen = true;
+    state.isSeen = true;
   }
 
   /// Correlation of wide surroundings: corners alone are like many others.

@@ -160,10 +160,12 @@ TEST_F(ScenarioTest, the_effective_configuration_has_every_key) {
        "control.profile=[{until: 5, v: [0.1, 0]}]", "control.excite={speed: 0.1}"});
   const auto tags = parsed({"target={type: apriltag, family: 36h11, tags: [{id: 0, size: 0.2}]}",
                             "sensing.tracker=apriltag"});
+  const auto walls = parsed({"target={type: wall, walls: [{width: 1}]}", "sensing.tracker=klt"});
   for (const std::string& key : Scenario::keys()) {
     const bool isOfTags = key.rfind("target.tags", 0) == 0 || key == "target.family" ||
                           key.rfind("robot.goal", 0) == 0;
-    const nlohmann::json* at = isOfTags ? &tags : &profile;
+    const bool isOfWalls = key.rfind("target.walls", 0) == 0;
+    const nlohmann::json* at = isOfTags ? &tags : isOfWalls ? &walls : &profile;
     std::string rest = key + ".";
     for (std::size_t dot; (dot = rest.find('.')) != std::string::npos; rest.erase(0, dot + 1)) {
       if (at->is_array()) at = &at->at(0);

@@ -24,9 +24,10 @@ struct TaughtTrackerOptions {
 /// way a point is measured by aligning the taught image itself, warped as its neighbours say: there
 /// is no drift, and at the goal it stands where it stood.
 ///
-/// A point that has not been seen yet, since it is outside of the image or does not look as it
+/// A point that is not seen, since it is outside of the image, covered, or does not look as it
 /// should, is given by the place that its neighbours tell, with a sigma_px of 3 px, while half of
-/// the points are seen. Else sigma_px is that of the alignment, at least 0.05 px.
+/// the points are seen and nothing else is expected. Else sigma_px is that of the alignment, at
+/// least 0.05 px.
 ///
 /// No display is needed and nothing is printed. `track` allocates; a search takes some 20 ms for
 /// 640 x 480.
