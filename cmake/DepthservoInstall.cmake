@@ -8,7 +8,8 @@ foreach(room visp motion camera depth pose features robots target text tracking 
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/depthservo/${room}
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/depthservo)
 endforeach()
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scenarios DESTINATION ${CMAKE_INSTALL_DATADIR}/depthservo)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scenarios ${PROJECT_SOURCE_DIR}/data/servo
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/depthservo)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CHANGELOG.md TYPE DOC)
 
 if(DEPTHSERVO_APPS)

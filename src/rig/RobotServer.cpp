@@ -24,6 +24,7 @@ using detail::PipeWriter;
 
 constexpr double kSlice_s = 0.02;      // in which somebody may ask to stop
 constexpr double kAfterwards_s = 0.5;  // the robot is watched so long when it stands for good
+constexpr std::size_t kMostAwaited = 1000;
 
 SimulatedRigOptions withStrongDrives(SimulatedRigOptions rig) {
   RobotLimits& limits = rig.robot.limits;
@@ -81,6 +82,7 @@ struct RobotServer::Parts : Rig::Listener {
   void write(const Exposure& exposure);
   bool awaitCommand(double image_s);
   bool isOver(double time_s);
+  void serve();
   double goalError() const;
 
   RobotServerOptions options;
@@ -206,6 +208,7 @@ void RobotServer::Parts::write(const Exposure& exposure) {
   const auto written = images.write(bytes);
   if (written == PipeWriter::Written::whole) {
     ++report.images;
+    if (awaited.size() == kMostAwaited) awaited.pop_front();
     awaited.push_back({stamp_s, start + std::chrono::duration_cast<Clock::duration>(
                                             std::chrono::duration<double>(exposure.time_s))});
   } else if (written == PipeWriter::Written::dropped) {
@@ -218,6 +221,7 @@ void RobotServer::Parts::write(const Exposure& exposure) {
 bool RobotServer::Parts::awaitCommand(double image_s) {
   const auto begin = Clock::now();
   while (!(last && last->image_s >= image_s)) {
+    if (isStopped()) report.whyEnded = "stopped by the user";
     if (isStopped() || commands.isEnded()) return false;
     if (secondsSince(begin) > options.wait_s) {
       report.whyEnded = fmt::format("no command for {:g} s", options.wait_s);
@@ -251,30 +255,29 @@ double RobotServer::Parts::goalError() const {
   return std::sqrt(squared / static_cast<double>(now.size()));
 }
 
+void RobotServer::Parts::serve() {
+  if (!awaitReader()) {
+    report.whyEnded = isStopped() ? "stopped by the user" : "nobody reads the images";
+    return;
+  }
+  start = Clock::now();
+  if (!options.isLockstep) epoch_s = fileTime(systemTime_s());
+  while (!isOver(rig.time())) {
+    const auto exposure = rig.next(this);
+    if (!exposure) {
+      report.whyEnded = rig.whyEnded();
+      return;
+    }
+    write(*exposure);
+    if (!options.isLockstep || awaitCommand(fileTime(exposure->time_s))) continue;
+    if (!commands.isEnded()) return;
+    last.reset();
+  }
+}
+
 RobotServerReport RobotServer::run() {
   Parts& p = *parts_;
-  if (!p.awaitReader()) {
-    p.report.whyEnded = p.isStopped() ? "stopped by the user" : "nobody reads the images";
-    p.report.velocity = p.rig.robot()->velocity();
-    return std::move(p.report);
-  }
-  p.start = Clock::now();
-  if (!p.options.isLockstep) p.epoch_s = fileTime(systemTime_s());
-  for (;;) {
-    const auto exposure = p.rig.next(&p);
-    if (!exposure) {
-      p.report.whyEnded = p.rig.whyEnded();
-      break;
-    }
-    p.write(*exposure);
-    if (p.options.isLockstep && !p.awaitCommand(fileTime(exposure->time_s)) &&
-        !p.commands.isEnded()) {
-      if (p.report.whyEnded.empty()) p.report.whyEnded = "stopped by the user";
-      break;
-    }
-    if (p.options.isLockstep && p.commands.isEnded()) p.last.reset();
-    if (p.isOver(p.rig.time())) break;
-  }
+  p.serve();
   FrameRecord end;
   p.rig.describe(end);
   p.report.pose = end.robotPose;
