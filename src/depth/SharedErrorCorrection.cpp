@@ -151,22 +151,19 @@ void SharedErrorFilter::correctSeated(Slot& slot, const PointMeasurement& measur
   HPH += s.byPose;
   const double r = detail::measurementVariance(measurement.sigma);
   const Eigen::Vector2d nu = Eigen::Vector2d(measurement.x, measurement.y) - expected;
-  const double nis = nisOf(HPH + r * Eigen::Matrix2d::Identity(), nu);
   const Eigen::Matrix2d whole = HPH + r * Eigen::Matrix2d::Identity();
+  const double nis = nisOf(whole, nu);
   cost_ += 0.5 * (std::min(nis, options_.gate) + std::log(std::max(whole.determinant(), 1e-300)));
   const Verdict verdict = detail::judge(point, nis, pointOptions_);
   const int isRejected = verdict == Verdict::use ? 0 : 1;
   rejected_ += isRejected;
   rejectedShare_ += (isRejected - rejectedShare_) / kRemembered;
-  switch (verdict) {
-    case Verdict::restart:
-      start(slot, measurement, {1 / range_.clampChi(point.chi)});
-      return;
-    case Verdict::reject:
-      point.phase = Phase::rejected;
-      return;
-    case Verdict::use:
-      break;
+  if (verdict == Verdict::restart) {
+    return start(slot, measurement, {1 / range_.clampChi(point.chi)});
+  }
+  if (verdict == Verdict::reject) {
+    point.phase = Phase::rejected;
+    return;
   }
   constexpr double kMemory = 1 - 1 / kRemembered;
   ++nisValues_;
