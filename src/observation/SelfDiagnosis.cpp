@@ -22,6 +22,10 @@ ConsistencyMonitor::Options monitorOptions(const OdometryNoise& odometry) {
 constexpr double kLatencyBeyond = 1.4, kFocalBeyond = 2, kGyroBeyond = 1.4, kMountBeyond = 1.75;
 constexpr double kKnown_sigma = 4, kLearning_s = 3;
 
+/// With a profile that knows a robot better than most, errors are compared with this share of the
+/// usual ones.
+constexpr double kSmallShare = 0.25;
+
 /// Images without which the learner's NIS says nothing.
 constexpr int kFewestImages = 30;
 
@@ -35,9 +39,10 @@ constexpr double kTied = 0.8;
 /// others, when the motion is not that of the images. Stamps that jitter much reach half of either.
 constexpr double kManyRejected = 0.3, kUnexplainedNis = 2.9;
 
-/// Mean NIS of that filter beyond which noise is larger than the profile's: what it has learnt of
-/// constant errors is then not known as well as it believes. Within the profile it is below 1.8.
-constexpr double kNoisy = 2.1;
+/// Mean NIS of that filter beyond which what it has learnt of constant errors is not known as well
+/// as it believes, and beyond which noise is larger than the profile's. Within `typical` it is
+/// below 1.8, within a calibrated profile about 2.
+constexpr double kDoubtfulNis = 2.1, kNoisyNis = 2.6;
 
 /// Rejections that good measurements may have.
 constexpr double kFewRejected = 5, kRejectedShare = 0.005;
@@ -61,14 +66,14 @@ struct SelfDiagnosis::Learnt {
 };
 
 SelfDiagnosis::Learnt SelfDiagnosis::learntOf(Cause cause, const SharedErrorFilter::Shared& e,
-                                              double beyond) {
+                                              double fault) {
   if (!(e.prior > 0)) return {cause, 0, 0, 0, e};
   const double size = std::abs(e.value - e.expected);
-  return {cause, e.value, size / (beyond * e.prior), size / e.sigma, e};
+  return {cause, e.value, size / fault, size / e.sigma, e};
 }
 
 SelfDiagnosis::Learnt SelfDiagnosis::learntOf(
-    Cause cause, const std::array<SharedErrorFilter::Shared, 3>& components, double beyond) {
+    Cause cause, const std::array<SharedErrorFilter::Shared, 3>& components, double fault) {
   Learnt learnt{cause, 0, 0, 0, components[0]};
   if (!(components[0].prior > 0)) return learnt;
   double square = 0;
@@ -81,7 +86,7 @@ SelfDiagnosis::Learnt SelfDiagnosis::learntOf(
     learnt.error = e;
   }
   learnt.size = std::sqrt(square);
-  learnt.times = learnt.size / (beyond * components[0].prior);
+  learnt.times = learnt.size / fault;
   return learnt;
 }
 
@@ -110,7 +115,8 @@ ConsistencyMonitor::Diagnosis SelfDiagnosis::diagnosis() const {
   now.rival = Cause::none;
   if (now.cause != Cause::noData) now.cause = Cause::none;
   if (!(time_s_ - first_s_ > kLearning_s)) return now;
-  if (nis_.mean() > kNoisy && nis_.images > kFewestImages) {
+  if (nis_.images > kFewestImages && nis_.mean() > kDoubtfulNis) {
+    if (!(nis_.mean() > kNoisyNis)) return now;
     now.cause = Cause::noise;
     now.size = nis_.mean() / 2;
     now.evidence = (nis_.mean() - 2) * std::sqrt(nis_.images) / 2;  // points have it in common
@@ -135,11 +141,19 @@ bool SelfDiagnosis::hasOutliers() const {
 /// Names the learnt error that exceeds what is reckoned with by most.
 void SelfDiagnosis::nameLearnt(ConsistencyMonitor::Diagnosis& d) const {
   const SharedErrorFilter& f = *learner_;
+  const ErrorProfile usual = ErrorProfile::typical();
+  // From which size on it is one; what is small for any robot never is.
+  const auto fault = [](double times, const SharedErrorFilter::Shared& error, double usually) {
+    return times * std::max(error.prior, kSmallShare * usually);
+  };
   const std::array<Learnt, 5> all{
-      learntOf(Cause::latency, f.latency(), kLatencyBeyond),
-      learntOf(Cause::focalLength, f.focal(), kFocalBeyond),
-      learntOf(Cause::gyroBias, {f.gyroBias(0), f.gyroBias(1), f.gyroBias(2)}, kGyroBeyond),
-      learntOf(Cause::mount, {f.mount(0), f.mount(1), f.mount(2)}, kMountBeyond), learntSlip()};
+      learntOf(Cause::latency, f.latency(), fault(kLatencyBeyond, f.latency(), usual.latency_s)),
+      learntOf(Cause::focalLength, f.focal(), fault(kFocalBeyond, f.focal(), usual.focal)),
+      learntOf(Cause::gyroBias, {f.gyroBias(0), f.gyroBias(1), f.gyroBias(2)},
+               fault(kGyroBeyond, f.gyroBias(0), usual.gyroBias_rad_s)),
+      learntOf(Cause::mount, {f.mount(0), f.mount(1), f.mount(2)},
+               fault(kMountBeyond, f.mount(0), usual.mount_rad)),
+      learntSlip()};
   const Learnt* named = nullptr;
   for (const Learnt& learnt : all) {
     if (learnt.evidence < kKnown_sigma || learnt.times < (named ? named->times : 1)) continue;

@@ -60,9 +60,9 @@ class SelfDiagnosis {
 
   struct Learnt;
   static Learnt learntOf(ConsistencyMonitor::Cause cause, const SharedErrorFilter::Shared& error,
-                         double beyond);
+                         double fault);
   static Learnt learntOf(ConsistencyMonitor::Cause cause,
-                         const std::array<SharedErrorFilter::Shared, 3>& components, double beyond);
+                         const std::array<SharedErrorFilter::Shared, 3>& components, double fault);
   Learnt learntSlip() const;
   void nameLearnt(ConsistencyMonitor::Diagnosis& d) const;
 
