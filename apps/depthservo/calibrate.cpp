@@ -84,7 +84,7 @@ int calibrateSequence(const CalibrateArguments& a) {
   if (!a.out.empty()) requireNewFile(a.out);
   const Sequence sequence(a.sequence, a.data.source);
   ObservationOptions options = optionsOf(a.data, sequence);
-  if (options.depth.errors == ErrorKind::file) fit.prior = options.depth.profile;
+  fit.prior = priorOf(options);
   fit.depth = DepthPrior{options.depth.initial};
   fit.range = options.depth.range();
   options.depth.estimator = EstimatorKind::constant;
@@ -95,7 +95,8 @@ int calibrateSequence(const CalibrateArguments& a) {
     log = replay(sequence, options, &progress);
   }
   const Calibration result = calibrate(log, fit);
-  fmt::print(stderr, "{}: {} images, {} points\n", log.name, result.images, result.points);
+  fmt::print(stderr, "{}: {} images, {} points; before them the profile {}\n", log.name,
+             result.images, result.points, toString(options.depth.errors));
   for (const Calibrated& c : result.constants) print(c);
   for (const Calibrated& c : result.noises) print(c);
   if (a.json) {
@@ -128,7 +129,7 @@ void addCalibrate(CLI::App& app, int& exitCode) {
   addSequenceOptions(*command, a->data);
   command
       ->add_option("--distance", a->distance,
-                   "Depth of a point in the last image, measured: tells the scale")
+                   "Depth of a point at the end of the recording, measured: tells the scale")
       ->type_name("ID:METRES");
   command->add_option("--out", a->out, "Write the profile for --errors; must not exist")
       ->type_name("FILE");

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "depthservo/depth/SharedErrorFilter.h"
 #include "depthservo/text/InputError.h"
+#include "observation/errorsOf.h"
 
 namespace depthservo {
 namespace {
@@ -34,13 +36,15 @@ struct Recording {
   double focal_px = 1, sigma_px = 0;
   double rowScale = 0, rowOffset = 0;
 
-  Recording(const RunLog& log, std::size_t most) : odometry(log.odometry.size() + 2) {
+  /// \param wanted a point that is used however short its track is; null: none
+  Recording(const RunLog& log, std::size_t most, const int* wanted)
+      : odometry(log.odometry.size() + 2) {
     for (const OdometryRow& row : log.odometry) odometry.push(row.time_s, row.twist);
     const PinholeCamera& camera = log.camera;
     focal_px = camera.focal_px();
     rowScale = camera.fy / camera.height;
     rowOffset = camera.cy / camera.height;
-    const std::vector<int> ids = seenLongest(log, most);
+    const std::vector<int> ids = seenLongest(log, most, wanted);
     points = ids.size();
     double squares = 0, count = 0;
     for (const FrameRecord& frame : log.frames) {
@@ -59,16 +63,21 @@ struct Recording {
   }
 
  private:
-  static std::vector<int> seenLongest(const RunLog& log, std::size_t most) {
+  static std::vector<int> seenLongest(const RunLog& log, std::size_t most, const int* wanted) {
     std::map<int, int> images;
     for (const FrameRecord& frame : log.frames) {
       for (const FeatureRecord& f : frame.features) images[f.id] += f.measured;
     }
     std::vector<std::pair<int, int>> order;
     for (const auto& [id, count] : images) {
-      if (count > 1) order.emplace_back(-count, id);
+      const bool isWanted = wanted && id == *wanted;
+      if (count > 1) order.emplace_back(isWanted ? std::numeric_limits<int>::min() : -count, id);
     }
     std::sort(order.begin(), order.end());
+    if (wanted && (order.empty() || order.front().second != *wanted)) {
+      throw InputError({log.name, 0, ""},
+                       fmt::format("point {} was not seen in two images", *wanted));
+    }
     order.resize(std::min(order.size(), most));
     std::vector<int> ids;
     for (const auto& [count, id] : order) ids.push_back(id);
@@ -86,9 +95,7 @@ struct Level {
 class Fit {
  public:
   Fit(const Recording& recording, const CalibrationOptions& options)
-      : recording_(recording), options_(options), errors_(options.prior) {
-    errors_.values = {};
-  }
+      : recording_(recording), options_(options), errors_(options.prior) {}
 
   /// The filter at the end of the recording. \param pixels factor on the sigma of measurements
   SharedErrorFilter run(const ErrorProfile& errors, double pixels) const {
@@ -132,18 +139,20 @@ class Fit {
   static bool isShown(const Shared& state) {
     return state.prior > 0 && state.sigma < kShown * state.prior;
   }
-  static double shownOrZero(const Shared& state) { return isShown(state) ? state.value : 0; }
+  static double shownOrExpected(const Shared& state) {
+    return isShown(state) ? state.value : state.expected;
+  }
 
   /// Starts anew from what was learnt, so that the last run is linearised there.
   SharedErrorFilter learnConstants() {
     for (int i = 0;; ++i) {
       SharedErrorFilter filter = run(errors_, pixels_);
       if (i == kRestarts) return filter;
-      errors_.values.latency_s = shownOrZero(filter.latency());
-      errors_.values.focal = shownOrZero(filter.focal());
+      errors_.values.latency_s = shownOrExpected(filter.latency());
+      errors_.values.focal = shownOrExpected(filter.focal());
       for (int axis = 0; axis < 3; ++axis) {
-        errors_.values.gyroBias_rad_s(axis) = shownOrZero(filter.gyroBias(axis));
-        errors_.values.mount_rad(axis) = shownOrZero(filter.mount(axis));
+        errors_.values.gyroBias_rad_s(axis) = shownOrExpected(filter.gyroBias(axis));
+        errors_.values.mount_rad(axis) = shownOrExpected(filter.mount(axis));
       }
     }
   }
@@ -199,7 +208,9 @@ class Fit {
 
   static Calibrated constant(const std::string& name, const char* unit, const Shared& state,
                              double nis, const char* missing) {
-    Calibrated c{name, unit, 0, state.prior, isShown(state), ""};
+    Calibrated c{name, unit, state.expected, state.prior, isShown(state), ""};
+    if (!(state.prior > 0)) missing = "the profile at the start excludes it";
+    if (state.expected != 0) missing = "known as well by the profile at the start";
     if (c.isShown) {
       c.value = state.value;
       c.sigma = state.sigma * std::sqrt(std::max(1., nis / 2));
@@ -252,7 +263,6 @@ class Fit {
 
   ErrorProfile profileOf(const std::vector<Calibrated>& constants) const {
     ErrorProfile p = errors_;
-    p.values = {};
     const auto at = [&](std::size_t i) { return constants[i].value; };
     p.values.latency_s = at(0);
     p.latency_s = constants[0].sigma;
@@ -290,11 +300,19 @@ bool Calibration::showsAnything() const {
                      [](const Calibrated& c) { return c.isShown; });
 }
 
+ErrorProfile priorOf(ObservationOptions& options) {
+  options.depth.errors = errorKindOf(options);
+  if (const auto errors = errorsOf(options)) return *errors;
+  options.depth.errors = ErrorKind::typical;
+  return ErrorProfile::typical();
+}
+
 Calibration calibrate(const RunLog& log, const CalibrationOptions& options) {
-  const Recording recording(log, options.points);
   if (log.odometry.size() < 2) {
     throw InputError({log.name, 0, ""}, "has no odometry; record its rows with the images");
   }
+  const int* const wanted = options.distance ? &options.distance->first : nullptr;
+  const Recording recording(log, options.points, wanted);
   if (recording.points == 0) {
     throw InputError({log.name, 0, ""}, "no point was seen in two images; see --tracker");
   }
@@ -316,10 +334,11 @@ std::string profileYaml(const Calibration& c) {
   text += fmt::format(
       "scale: {:.6g}\nslip: {{sigma: {:.6g}, tau: {:.6g}}}\ngyro_bias: {:.6g}\ngyro_noise: "
       "{:.6g}\nvelocity_noise: {:.6g}\nlatency: {:.6g}\nstamp_jitter: {:.6g}\nreadout: "
-      "{:.6g}\nfocal: {:.6g}\nmount: {:.6g}\nwander: {{sigma: {:.6g}, tau: {:.6g}}}\n",
+      "{:.6g}\nfocal: {:.6g}\nmount: {:.6g}\nwander: {{sigma: {:.6g}, tau: {:.6g}}}\n"
+      "pose_noise: {{position: {:.6g}, angle: {:.6g}, tau: {:.6g}}}\n",
       p.scale, p.slip.sigma, p.slip.tau_s, p.gyroBias_rad_s, p.odometry.sigma_w, p.odometry.sigma_v,
       p.latency_s, p.jitter_s, p.readout_s, p.focal, p.mount_rad, p.wander_px.sigma,
-      p.wander_px.tau_s);
+      p.wander_px.tau_s, p.position_m, p.angle_rad, p.poseTau_s);
   text += fmt::format(
       "values:\n  scale: {:.6g}\n  latency: {:.6g}\n  focal: {:.6g}\n  gyro_bias: {}\n  "
       "gyro_bias_sigma: {}\n  mount: {}\n  mount_sigma: {}\n",

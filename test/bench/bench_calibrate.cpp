@@ -20,7 +20,8 @@ int main(int argc, char** argv) {
     valid += robot.otherDrive.valid / robots;
     worst = std::min(worst, robot.otherDrive.coverage);
   }
-  const bool isMet = within >= .97 * shown && coverage >= .9 && coverage <= .99;
+  const bool isMet = shown >= 6 * static_cast<int>(robots) && within >= .97 * shown &&
+                     coverage >= .9 && coverage <= .99;
   std::printf(
       "%u robots: %d of %d constants within three sigma; coverage on another drive %.3f, worst "
       "robot %.3f, %.0f %% valid  %s\n",

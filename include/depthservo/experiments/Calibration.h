@@ -7,6 +7,7 @@
 
 #include "depthservo/depth/DepthEstimator.h"
 #include "depthservo/depth/ErrorProfile.h"
+#include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/observation/RunLog.h"
 
 namespace depthservo {
@@ -38,9 +39,13 @@ struct CalibrationOptions {
   DepthPrior depth{3};
   DepthRange range;
   std::size_t points = 10;  ///< those seen longest, at most
-  /// A depth that was measured [m]: of this point in the last image that shows it.
+  /// A depth that was measured [m]: of this point at the end of the recording.
   std::optional<std::pair<int, double>> distance;
 };
+
+/// The profile to start from: that of these options. Where they reckon with white noise alone it is
+/// `typical`, to which they are set.
+ErrorProfile priorOf(ObservationOptions& options);
 
 /// Maximum likelihood of the innovations of SharedErrorFilter over the whole recording. The
 /// constants are states of the filter, which starts anew from what it has learnt until it no longer
