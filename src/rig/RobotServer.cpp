@@ -15,12 +15,15 @@
 #include "robots/limits.h"
 #include "sequence/ImagePipe.h"
 #include "sequence/PipeWriter.h"
+#include "sequence/systemTime.h"
+#include "sequence/twistLine.h"
 
 namespace depthservo {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 using detail::PipeWriter;
+using detail::systemTime_s;
 
 constexpr double kSlice_s = 0.02;      // in which somebody may ask to stop
 constexpr double kAfterwards_s = 0.5;  // the robot is watched so long when it stands for good
@@ -35,10 +38,6 @@ SimulatedRigOptions withStrongDrives(SimulatedRigOptions rig) {
 
 double secondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-double systemTime_s() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 /// An image whose command has not come yet.
@@ -186,14 +185,14 @@ void RobotServer::Parts::logRow(double time_s, bool isExpired) {
 
 /// Rows of odometry that are known by now.
 void RobotServer::Parts::writeRows() {
-  if (!hasRows)
-    hasRows = twists.write("timestamp,vx,vy,vz,wx,wy,wz\n") == PipeWriter::Written::whole;
+  if (!hasRows) {
+    const std::string header = std::string(detail::kTwistHeader) + "\n";
+    hasRows = twists.write(header) == PipeWriter::Written::whole;
+  }
   const auto& rows = rig.odometry();
   for (; rowsWritten < rows.size(); ++rowsWritten) {
     const OdometryRow& row = rows[rowsWritten];
-    const Eigen::Vector3d &v = row.twist.linear, &w = row.twist.angular;
-    twists.write(fmt::format("{:.9f},{},{},{},{},{},{}\n", epoch_s + row.time_s, v.x(), v.y(),
-                             v.z(), w.x(), w.y(), w.z()));
+    twists.write(detail::twistLine(epoch_s + row.time_s, row.twist));
     ++report.rows;
     if (options.isLockstep) twists.flush(options.wait_s);
   }

@@ -14,6 +14,7 @@
 #include <limits>
 
 #include "depthservo/text/InputError.h"
+#include "sequence/systemTime.h"
 #include "text/TextFile.h"
 
 namespace depthservo::detail {
@@ -23,10 +24,6 @@ constexpr std::size_t kLongestHeader = 1000;  // bytes
 constexpr long long kLargestImage = 64'000'000;
 constexpr std::size_t kMostWaiting = std::size_t{64} << 20;  // bytes
 constexpr std::string_view kStamp = "timestamp ";
-
-double systemTime_s() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "sequence/GrayImage.h"
+#include "sequence/twistLine.h"
 #include "text/TextFile.h"
 
 namespace depthservo {
@@ -170,12 +171,7 @@ void SequenceWriter::addTruth(double time_s, const TrueDepth& depth) {
 }
 
 void SequenceWriter::addOdometry(double time_s, const Twist& twist) {
-  std::ofstream& out = file("twist.csv", "timestamp,vx,vy,vz,wx,wy,wz\n");
-  out << timeText(time_s);
-  for (const auto* part : {&twist.linear, &twist.angular}) {
-    for (int i = 0; i < 3; ++i) out << ',' << exact((*part)(i));
-  }
-  out << '\n';
+  file("twist.csv", std::string(detail::kTwistHeader) + "\n") << detail::twistLine(time_s, twist);
 }
 
 void SequenceWriter::addPose(double time_s, const Eigen::Isometry3d& wMc) {

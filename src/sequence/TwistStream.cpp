@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "sequence/LineStream.h"
+#include "sequence/twistLine.h"
 #include "text/TextFile.h"
 
 namespace depthservo {
@@ -45,26 +46,26 @@ bool TwistStream::wasInterrupted() const { return lines_->wasInterrupted(); }
 
 std::vector<OdometryRow> TwistStream::read(double wait_s) {
   std::vector<OdometryRow> rows;
-  lines_->read(wait_s, {[&](std::string_view line) { takeLine(line, rows); },
-                        [&](std::size_t longest) {
-                          ++counts_.malformed;
-                          note(fmt::format("a line is longer than {} characters", longest));
-                        },
-                        [&](std::string_view line) {
-                          ++counts_.torn;
-                          note(fmt::format("the writer went away within the line {}",
-                                           detail::quoted(line)));
-                        }});
+  lines_->read(
+      wait_s, {[&](std::string_view line) { takeLine(line, rows); },
+               [&](std::size_t longest) {
+                 ++counts_.malformed;
+                 note(fmt::format("a line is longer than {} characters", longest));
+               },
+               [&](std::string_view line) {
+                 ++counts_.torn;
+                 note(fmt::format("the writer went away within the line {}", detail::quoted(line)));
+               }});
   return rows;
 }
 
 void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows) {
-  if (line.empty() || line.front() == '#' || line == "timestamp,vx,vy,vz,wx,wy,wz") return;
+  if (line.empty() || line.front() == '#' || line == detail::kTwistHeader) return;
   const auto row = parsed(line);
   if (!row) {
     ++counts_.malformed;
     const auto time = detail::toNumber(trimmed(line.substr(0, line.find(','))));
-    note(fmt::format("expected timestamp,vx,vy,vz,wx,wy,wz, got {}{}", detail::quoted(line),
+    note(fmt::format("expected {}, got {}{}", detail::kTwistHeader, detail::quoted(line),
                      time ? detail::unitHint(*time) : ""));
   } else if (!(row->time_s > last_s_)) {
     ++counts_.notLater;

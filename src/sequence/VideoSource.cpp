@@ -12,6 +12,7 @@
 #include "sequence/GrayImage.h"
 #include "sequence/ImagePipe.h"
 #include "sequence/ImageSeries.h"
+#include "sequence/systemTime.h"
 #include "sequence/videoModule.h"
 
 namespace depthservo {
@@ -105,8 +106,7 @@ class Video : public ImageSource {
   double time_s(double container_s) {
     const auto k = static_cast<double>(taken_);
     if (isLive()) {
-      const auto now = std::chrono::system_clock::now().time_since_epoch();
-      return std::chrono::duration<double>(now).count() - options_.latency_s;
+      return detail::systemTime_s() - options_.latency_s;
     }
     if (!options_.times.empty()) return options_.times[taken_];
     // A container rounds its times, to a millisecond at the worst.

@@ -13,6 +13,7 @@
 #include "depthservo/sequence/SequenceWriter.h"
 #include "robots/limits.h"
 #include "robots/makeRobot.h"
+#include "sequence/systemTime.h"
 #include "servo/ImageCheck.h"
 #include "visp/pose.h"
 
@@ -20,13 +21,10 @@ namespace depthservo {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+using detail::systemTime_s;
 
 constexpr double kSameClock_s = 5;  // images that are no older carry the system's clock
 constexpr int kLastZeros = 3;       // commands of zero at the end
-
-double systemTime_s() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 double steadyTime_s() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
