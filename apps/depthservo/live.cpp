@@ -28,13 +28,6 @@ struct LiveArguments {
   bool noWindow = false, json = false;
 };
 
-PinholeCamera cameraOf(const std::string& name) {
-  if (name.empty()) {
-    refuseOption("--camera", "missing; give a camera_info file (doc/sources.md: how to calibrate)");
-  }
-  return loadCamera(name);
-}
-
 std::vector<double> readTimes(const std::string& file) {
   std::vector<double> times;
   for (const ListedImage& image : readImageList(file)) times.push_back(image.time_s);
@@ -101,7 +94,7 @@ class LiveWatcher : public RunWatcher {
 int watchLive(const LiveArguments& arguments) {
   silenceImageLibraries();
   LiveOptions options;
-  options.camera = cameraOf(arguments.camera);
+  options.camera = requiredCamera(arguments.camera);
   if (!arguments.target.empty()) {
     options.target = readTarget(arguments.target);
     options.targetFile = arguments.target;

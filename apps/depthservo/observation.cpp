@@ -267,6 +267,13 @@ ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence&
   return options;
 }
 
+PinholeCamera requiredCamera(const std::string& name) {
+  if (name.empty()) {
+    refuseOption("--camera", "missing; give a camera_info file (doc/sources.md: how to calibrate)");
+  }
+  return loadCamera(name);
+}
+
 void silenceImageLibraries() {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);

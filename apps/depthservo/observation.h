@@ -41,6 +41,9 @@ void addSequenceOptions(CLI::App& command, SequenceArguments& arguments);
 /// As the sequence asks for, unless the arguments say otherwise. \throw InputError
 ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence);
 
+/// The camera that `--camera` names. \throw InputError none is given, or it is none
+PinholeCamera requiredCamera(const std::string& name);
+
 /// OpenCV and FFmpeg tell what they think of a camera or a file on stderr; what matters of it is
 /// told by the tool.
 void silenceImageLibraries();

@@ -50,10 +50,7 @@ const char* nounOf(TrackerKind tracker) {
 
 void teachGoal(TeachArguments& a) {
   silenceImageLibraries();
-  if (a.camera.empty()) {
-    refuseOption("--camera", "missing; give a camera_info file (doc/sources.md: how to calibrate)");
-  }
-  const PinholeCamera camera = loadCamera(a.camera);
+  const PinholeCamera camera = requiredCamera(a.camera);
   SequenceTarget target;
   if (!a.target.empty()) target = readTarget(a.target);
   a.teach.tracker = trackerNamed(a.tracker, {"--tracker", 0, ""});
