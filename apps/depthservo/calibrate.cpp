@@ -1,7 +1,5 @@
 #include <fmt/core.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -10,13 +8,12 @@
 #include "commands.h"
 #include "depthservo/experiments/Calibration.h"
 #include "depthservo/rig/RecordedRig.h"
+#include "depthservo/text/NewFolder.h"
 #include "numbers.h"
 #include "observation.h"
 
 namespace depthservo {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct CalibrateArguments {
   std::string sequence, out, distance;
@@ -33,29 +30,6 @@ std::pair<int, double> readDistance(const std::string& text) {
                  fmt::format("expected ID:METRES, metres in (0, 1e6], got '{}'", text));
   }
   return {id, metres};
-}
-
-void requireNewFile(const std::string& file) {
-  std::error_code ignored;
-  if (fs::exists(fs::symlink_status(file, ignored))) {
-    throw InputError({file, 0, ""}, "exists already; choose another name");
-  }
-  const fs::path folder = fs::absolute(file).parent_path();
-  if (!fs::is_directory(folder, ignored) || access(folder.c_str(), W_OK | X_OK) != 0) {
-    throw InputError({file, 0, ""}, "cannot be written: its folder is missing or not writable");
-  }
-}
-
-/// Whole or not at all, and never over another file.
-void writeNewFile(const std::string& file, const std::string& text) {
-  const std::string temporary = fmt::format("{}.{}.part", file, getpid());
-  std::error_code error, ignored;
-  std::ofstream stream(temporary, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (stream) fs::create_hard_link(temporary, file, error);
-  fs::remove(temporary, ignored);
-  if (!stream || error) throw InputError({file, 0, ""}, "cannot be written, or exists already");
 }
 
 void print(const Calibrated& c) {
@@ -112,7 +86,12 @@ int calibrateSequence(const CalibrateArguments& a) {
     return kOtherOutcome;
   }
   if (!a.out.empty()) {
-    writeNewFile(a.out, profileYaml(result));
+    makeFile(a.out, [&](const std::string& temporary) {
+      std::ofstream stream(temporary, std::ios::binary);
+      stream << profileYaml(result);
+      stream.close();
+      return static_cast<bool>(stream);
+    });
     fmt::print(stderr, "profile: {}; for replay and live: --errors {} --pixel-noise {:.3g}\n",
                a.out, a.out, result.pixelNoise_px);
   }

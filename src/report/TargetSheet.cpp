@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 #include <memory>
+
+#include "depthservo/text/NewFolder.h"
 
 namespace depthservo {
 namespace {
@@ -128,6 +128,25 @@ void requireFit(const Eigen::Vector2d& half, const Paper& paper) {
                                std::floor(scale * 1000) / 1000));
 }
 
+/// False: it could not be written.
+bool draw(const SequenceTarget& seen, const Paper& paper, const std::string& file) {
+  Page page(paper, file);
+  page.moveOrigin(paper.width / 2, (paper.height - kFoot) / 2);
+  if (seen.tags) {
+    const AprilTagTarget::Tag& tag = seen.tags->tags.front();
+    page.bitmap(aprilTagBitmap(seen.tags->family, tag.id, tag.size.value()));
+  } else {
+    for (const Eigen::Vector3d& p : seen.target.points) page.disc(p.x(), p.y(), seen.target.radius);
+  }
+  const double foot = (paper.height + kFoot) / 2 - kFoot;  // from the origin
+  constexpr double kRuler = 0.1, kLetters = 0.0032;
+  page.text(0, foot + 0.006, kLetters, titleOf(seen) + "; this edge is the lower one");
+  page.ruler(-kRuler / 2, foot + 0.015, kRuler);
+  page.text(0, foot + 0.021, kLetters,
+            "print at 100 % (no fit to page): the ruler must measure 100 mm");
+  return page.finish();
+}
+
 }  // namespace
 
 Paper Paper::named(const std::string& name) {
@@ -151,30 +170,9 @@ DotTarget dotGrid(int columns, int rows, double width, double radius) {
 }
 
 void writeTargetSheet(const SequenceTarget& seen, const Paper& paper, const std::string& file) {
-  std::error_code error;
-  if (std::filesystem::exists(std::filesystem::symlink_status(file, error))) {
-    throw InputError({file, 0, ""}, "exists already; choose another name");
-  }
+  requireNewFile(file);
   requireFit(halfSizeOf(seen), paper);
-  const std::string temporary = file + ".part";
-  Page page(paper, temporary);
-  page.moveOrigin(paper.width / 2, (paper.height - kFoot) / 2);
-  if (seen.tags) {
-    const AprilTagTarget::Tag& tag = seen.tags->tags.front();
-    page.bitmap(aprilTagBitmap(seen.tags->family, tag.id, tag.size.value()));
-  } else {
-    for (const Eigen::Vector3d& p : seen.target.points) page.disc(p.x(), p.y(), seen.target.radius);
-  }
-  const double foot = (paper.height + kFoot) / 2 - kFoot;  // from the origin
-  constexpr double kRuler = 0.1, kLetters = 0.0032;
-  page.text(0, foot + 0.006, kLetters, titleOf(seen) + "; this edge is the lower one");
-  page.ruler(-kRuler / 2, foot + 0.015, kRuler);
-  page.text(0, foot + 0.021, kLetters,
-            "print at 100 % (no fit to page): the ruler must measure 100 mm");
-  if (!page.finish() || std::rename(temporary.c_str(), file.c_str()) != 0) {
-    std::filesystem::remove(temporary, error);
-    throw InputError({file, 0, ""}, "cannot be written");
-  }
+  makeFile(file, [&](const std::string& temporary) { return draw(seen, paper, temporary); });
 }
 
 std::string targetYaml(const SequenceTarget& seen) {

@@ -76,4 +76,27 @@ void makeFolder(const fs::path& folder, const std::function<void(const fs::path&
   }
 }
 
+void requireNewFile(const std::string& file) {
+  std::error_code ignored;
+  if (fs::exists(fs::symlink_status(file, ignored))) {
+    throw InputError({file, 0, ""}, "exists already; choose another name");
+  }
+  const fs::path folder = fs::absolute(file).parent_path();
+  if (!fs::is_directory(folder, ignored) || access(folder.c_str(), W_OK | X_OK) != 0) {
+    throw InputError({file, 0, ""}, "cannot be written: its folder is missing or not writable");
+  }
+}
+
+void makeFile(const std::string& file, const std::function<bool(const std::string&)>& fill) {
+  requireNewFile(file);
+  const std::string temporary = fmt::format("{}.{}.part", file, getpid());
+  std::error_code error, ignored;
+  const bool isFilled = fill(temporary);
+  if (isFilled) fs::create_hard_link(temporary, file, error);
+  const bool hasNoLinks = error && error != std::errc::file_exists;  // on this file system
+  if (hasNoLinks) fs::rename(temporary, file, error);
+  fs::remove(temporary, ignored);
+  if (!isFilled || error) throw InputError({file, 0, ""}, "cannot be written, or exists already");
+}
+
 }  // namespace depthservo

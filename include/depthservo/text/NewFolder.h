@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <string>
 
 namespace depthservo {
 
@@ -15,5 +16,12 @@ void requireNewRunFolder(const std::filesystem::path& folder);
 /// \throw Interrupted by Ctrl-C or a plain kill; nothing is left; and whatever `fill` throws
 void makeFolder(const std::filesystem::path& folder,
                 const std::function<void(const std::filesystem::path&)>& fill);
+
+/// The same for a file. \throw InputError
+void requireNewFile(const std::string& file);
+
+/// Writes a file, whole or not at all, and never over another one. \param fill writes the file
+/// whose name it is given; false: it could not be written \throw InputError
+void makeFile(const std::string& file, const std::function<bool(const std::string&)>& fill);
 
 }  // namespace depthservo
