@@ -26,9 +26,6 @@ struct RobotArguments {
 };
 
 nlohmann::ordered_json jsonOf(const std::string& name, const RobotServerReport& report) {
-  const auto orNull = [](double value) {
-    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
-  };
   std::vector<double> velocity(report.velocity.begin(), report.velocity.end());
   return {{"command", "robot"},
           {"name", name},
@@ -40,11 +37,11 @@ nlohmann::ordered_json jsonOf(const std::string& name, const RobotServerReport& 
           {"commands", report.commands},
           {"refused", report.refused},
           {"watchdog_stops", report.watchdogStops},
-          {"latency_p50_s", orNull(percentile(report.latencies_s, 0.5))},
-          {"latency_p999_s", orNull(percentile(report.latencies_s, 0.999))},
+          {"latency_p50_s", percentile(report.latencies_s, 0.5)},
+          {"latency_p999_s", percentile(report.latencies_s, 0.999)},
           {"pose", {report.pose.x(), report.pose.y(), report.pose.z()}},
           {"velocity", velocity},
-          {"goal_error_px", orNull(report.goalError_px)}};
+          {"goal_error_px", report.goalError_px}};
 }
 
 void tell(const std::string& name, const RobotServerReport& report) {

@@ -72,7 +72,7 @@ class ServoWatcher : public RunWatcher {
     const auto names = rig_.robot()->velocityNames();
     for (std::size_t i = 0; i < names.size(); ++i) {
       const std::size_t unit = names[i].find('[');
-      words += fmt::format("{}{}{:.3f} {}", i == 0 ? "" : ", ", names[i].substr(0, unit),
+      words += fmt::format("{}{} {:.3f} {}", i == 0 ? "" : ", ", shortName(names[i]),
                            wanted[static_cast<Eigen::Index>(i)],
                            names[i].substr(unit + 1, names[i].size() - unit - 2));
     }
@@ -202,8 +202,7 @@ void tell(const ServoArguments& a, const RunLog& log, const RobotRig& rig,
                     {"empty", counts.empty},
                     {"frozen", counts.frozen}};
   json["commands"] = {{"written", counts.commands}, {"not_written", counts.unwritten}};
-  json["latency_s"] = {{"p50", nullptr}, {"p999", nullptr}};
-  if (std::isfinite(p50)) json["latency_s"] = {{"p50", p50}, {"p999", p999}};
+  json["latency_s"] = {{"p50", p50}, {"p999", p999}};  // null where there is none
   fmt::print("{}\n", json.dump());
 }
 
