@@ -62,7 +62,9 @@ void displayDepth(const DepthEstimate& estimate, const vpCameraParameters& cam,
 }  // namespace
 
 FeaturePoint::FeaturePoint() : FeaturePoint(InverseDepthFilter()) {
-  setErrors(ErrorProfile::arm());
+  hasErrors_ = true;
+  errors_ = ErrorProfile::arm();
+  considerErrors();
 }
 
 FeaturePoint::FeaturePoint(const DepthEstimator& estimator, const DepthRange& range)
