@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "depth/byMount.h"
+#include "depth/byLastingErrors.h"
 #include "motion/rateByTwist.h"
 
 namespace depthservo {
@@ -50,8 +50,10 @@ CramerRaoBound::CramerRaoBound(std::vector<PointState> points, double sigma_chi,
   }
   if (!lasts(errors)) return;
   renew(shared_ + SharedRow::latency, 1, errors.latency_s, 0);
-  renew(shared_ + SharedRow::bias, 3, errors.gyroBias_rad_s, 0);
-  renew(shared_ + SharedRow::mount, 3, errors.mount_rad, 0);
+  for (int axis = 0; axis < 3; ++axis) {
+    renew(shared_ + SharedRow::bias + axis, 1, errors.gyroBiasSigma(axis), 0);
+    renew(shared_ + SharedRow::mount + axis, 1, errors.mountSigma(axis), 0);
+  }
   renew(shared_ + SharedRow::focal, 1, errors.focal, 0);
   renew(shared_ + SharedRow::scale, 1, errors.scale, 0);
   renew(shared_ + SharedRow::slip, 1, errors.slip.sigma, 0);
@@ -94,7 +96,7 @@ void CramerRaoBound::advance(const Motion& motion, const OdometryNoise& odometry
       F.block<3, 3>(k, shared_ + SharedRow::bias) = -motion.dt * L.rightCols<3>();
       F.block<3, 3>(k, shared_ + SharedRow::mount) = motion.dt * detail::byMount(L, twist);
       F.block<3, 1>(k, shared_ + SharedRow::scale) = F.block<3, 1>(k, shared_ + SharedRow::slip) =
-          points_[i].chi * J.col(2) - Eigen::Vector3d(0, 0, next.chi);
+          detail::byScale(points_[i], J, next);
     }
     points_[i] = next;
   }

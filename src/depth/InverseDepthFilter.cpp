@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "depth/FilterPointSteps.h"
-#include "depth/byMount.h"
+#include "depth/byLastingErrors.h"
 #include "motion/rateByTwist.h"
 
 namespace depthservo {
@@ -29,9 +29,11 @@ namespace detail {
 
 LastingErrors::LastingErrors(const ErrorProfile& profile) {
   variance(LastingErrors::kLatency) = profile.latency_s * profile.latency_s;
-  variance.segment<3>(LastingErrors::kBias)
-      .setConstant(profile.gyroBias_rad_s * profile.gyroBias_rad_s);
-  variance.segment<3>(LastingErrors::kMount).setConstant(profile.mount_rad * profile.mount_rad);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double bias = profile.gyroBiasSigma(axis), mount = profile.mountSigma(axis);
+    variance(LastingErrors::kBias + axis) = bias * bias;
+    variance(LastingErrors::kMount + axis) = mount * mount;
+  }
   exist = !variance.isZero(0);
 }
 

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "depth/FilterPointSteps.h"
-#include "depth/byMount.h"
+#include "depth/byLastingErrors.h"
 #include "depth/motionOfExposures.h"
 #include "depthservo/depth/SharedErrorFilter.h"
 #include "motion/rateByTwist.h"
@@ -102,7 +102,7 @@ SharedErrorFilter::ByShared SharedErrorFilter::bySharedErrors(const Step& step,
   if (latency_ != kNone) C.col(latency_) = -dt * (L * step.acceleration);
   if (bias_ != kNone) C.middleCols<3>(bias_) = -dt * L.rightCols<3>() * step.mount;
   if (mount_ != kNone) C.middleCols<3>(mount_) = dt * detail::byMount(L, step.twist);
-  const Eigen::Vector3d byScale = before.chi * F.col(2) - Eigen::Vector3d(0, 0, after.chi);
+  const Eigen::Vector3d byScale = detail::byScale({before.x, before.y, before.chi}, F, after);
   if (scale_ != kNone) C.col(scale_) = byScale;
   if (slip_ != kNone) C.col(slip_) = byScale / (1 + values_(slip_) + value(scale_));
   return C;

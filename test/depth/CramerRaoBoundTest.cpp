@@ -133,6 +133,19 @@ TEST(CramerRaoBound, withLastingErrorsIsNearlyWhatTheFilterClaims) {
   }
 }
 
+TEST(CramerRaoBound, takesTheSigmaOfEachAxisOfACalibratedRobot) {
+  ErrorProfile one = ErrorProfile::arm();
+  one.gyroBias_rad_s = .003;
+  one.mount_rad = .004;
+  ErrorProfile each = ErrorProfile::arm();
+  each.gyroBias_rad_s = each.mount_rad = .1;
+  each.values.gyroBiasSigma_rad_s.setConstant(.003);
+  each.values.mountSigma_rad.setConstant(.004);
+  const Limited expected = relativeSigmas(0, one), calibrated = relativeSigmas(0, each);
+  EXPECT_NEAR(calibrated.bound, expected.bound, 1e-12);
+  EXPECT_NEAR(calibrated.claimed, expected.claimed, 1e-12);
+}
+
 TEST(CramerRaoBound, isInfiniteBehindTheCamera) {
   CramerRaoBound bound({{0, 0, 1}, {0, 0, .1}}, 5);
   bound.advance(Motion::fromTwist({{0, 0, 2}, {0, 0, 0}}, 1), OdometryNoise::none());

@@ -89,6 +89,22 @@ TEST(LastingErrors, sigmaContainsWhatATurnedMountDoes) {
                    }));
 }
 
+TEST(LastingErrors, takeTheSigmaOfEachAxisOfACalibratedRobot) {
+  ErrorProfile profile;
+  profile.gyroBias_rad_s = .05;
+  profile.values.gyroBiasSigma_rad_s = {1e-9, 1e-9, .01};
+  expectSigmaTells(profile, .01, {[](double) -> Twist {
+                     return {Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ()};
+                   }});
+  profile = {};
+  profile.mount_rad = .05;
+  profile.values.mountSigma_rad = {1e-9, .01, 1e-9};
+  expectSigmaTells(profile, .01, {[](double t) -> Twist {
+                     const Eigen::Vector3d e = Eigen::Vector3d::UnitY();
+                     return {e.cross(twistAt(t).linear), e.cross(twistAt(t).angular)};
+                   }});
+}
+
 TEST(LastingErrors, sigmaContainsWhatALatencyDoes) {
   ErrorProfile profile;
   profile.latency_s = .02;

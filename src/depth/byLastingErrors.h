@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "depthservo/motion/Twist.h"
+#include "depthservo/motion/Flow.h"
 
 namespace depthservo::detail {
 
@@ -16,6 +16,12 @@ inline Eigen::Matrix3d byMount(const Eigen::Matrix<double, 3, 6>& L, const Twist
     return m;
   };
   return L.leftCols<3>() * cross(twist.linear) + L.rightCols<3>() * cross(twist.angular);
+}
+
+/// d(x, y, chi) after a motion by the scale of its translation. \param F flowJacobian, 3x3
+inline Eigen::Vector3d byScale(const PointState& before, const Eigen::Matrix3d& F,
+                               const PointState& after) {
+  return before.chi * F.col(2) - Eigen::Vector3d(0, 0, after.chi);
 }
 
 }  // namespace depthservo::detail
