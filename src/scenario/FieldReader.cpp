@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "scenario/KeyTree.h"
+#include "text/KeyTree.h"
 
 namespace depthservo::detail {
 namespace {

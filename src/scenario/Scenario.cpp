@@ -2,7 +2,7 @@
 
 #include "depthservo/text/InputError.h"
 #include "scenario/FieldReader.h"
-#include "scenario/KeyTree.h"
+#include "text/KeyTree.h"
 #include "scenario/checks.h"
 #include "scenario/keys.h"
 #include "scenario/overrides.h"

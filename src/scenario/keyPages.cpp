@@ -7,7 +7,7 @@
 #include <regex>
 
 #include "depthservo/text/InputError.h"
-#include "scenario/KeyTree.h"
+#include "text/KeyTree.h"
 #include "scenario/keys.h"
 
 namespace depthservo {

@@ -5,6 +5,7 @@
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/scenario/RobotFile.h"
 #include "depthservo/scenario/Scenario.h"
+#include "observation/errorKeys.h"
 #include "text/Fields.h"
 
 namespace depthservo {
@@ -18,10 +19,6 @@ void describe(detail::Fields& f, ObservationOptions& observation);
 
 /// The keys of a file of --robot.
 void describe(detail::Fields& f, RobotFile& file);
-
-/// The keys of a file of errors.
-void describe(detail::Fields& f, ErrorProfile& errors);
-void describe(detail::Fields& f, ErrorProfile::Values& values);
 
 // The sections.
 

@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "scenario/FieldReader.h"
-#include "scenario/KeyTree.h"
+#include "text/KeyTree.h"
 #include "scenario/keys.h"
 
 namespace depthservo {

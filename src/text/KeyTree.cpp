@@ -1,4 +1,4 @@
-#include "scenario/KeyTree.h"
+#include "text/KeyTree.h"
 
 namespace depthservo::detail {
 namespace {
