@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <memory>
 #include <set>
 
 #include "cli/Tool.h"
@@ -11,50 +10,36 @@
 namespace depthservo::test {
 namespace {
 
-/// A paper reproduced once, with a folder.
-class Reproduced : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = std::make_unique<TemporaryFolder>();
-    result_ = depthservo("reproduce ibuki2023 --json --out " + (*folder_ / "paper").string());
-  }
-  static void TearDownTestSuite() { folder_.reset(); }
-
-  static inline std::unique_ptr<TemporaryFolder> folder_;
-  static inline Result result_;
-};
-
-TEST_F(Reproduced, gives_rows_with_stable_ids_that_all_pass) {
-  ASSERT_EQ(result_.exitCode, 0) << result_.err;
+void expectRows(const Result& result) {
   std::set<std::string> ids;
-  for (const auto& row : result_.json()) {
+  for (const auto& row : result.json()) {
     ids.insert(row["id"]);
     EXPECT_TRUE(row["ours"].is_number()) << row;
     EXPECT_FALSE(row["tolerance"].get<std::string>().empty()) << row;
     EXPECT_TRUE(row["pass"].is_boolean() && row["reproduces"].is_boolean()) << row;
   }
-  EXPECT_EQ(ids.size(), result_.json().size());
+  EXPECT_EQ(ids.size(), result.json().size());
   EXPECT_GE(ids.size(), 6u);
 }
 
-TEST_F(Reproduced, says_first_how_many_of_the_papers_own_claims_hold) {
+void expectWordsOfTheClaims(const Result& result, const TemporaryFolder& folder) {
   std::size_t printed = 0, met = 0;
-  for (const auto& row : result_.json()) {
+  for (const auto& row : result.json()) {
     if (row["paper"] == "") continue;
     ++printed;
     met += row["reproduces"] ? 1 : 0;
   }
   const std::string words =
       fmt::format("{} of the {} claims that the papers print hold, ", met, printed);
-  EXPECT_EQ(result_.err.substr(result_.err.find('\n') + 1).find(words), 0u) << result_.err;
-  EXPECT_NE(folder_->read("paper/report.html").find(words), std::string::npos);
+  EXPECT_EQ(result.err.substr(result.err.find('\n') + 1).find(words), 0u) << result.err;
+  EXPECT_NE(folder.read("paper/report.html").find(words), std::string::npos);
 }
 
 TEST(Reproduce, prints_whole_lines_in_their_order_when_data_and_words_go_to_one_file) {
   const TemporaryFolder folder;
   // The tool's own redirections come after, but the shell inside is already underway.
   const Result result =
-      depthservo("reproduce durand2010 >" + (folder / "log").string() + " 2>&1; :");
+      depthservo("reproduce ibuki2023 >" + (folder / "log").string() + " 2>&1; :");
   ASSERT_EQ(result.exitCode, 0);
   const std::string log = folder.read("log");
   const std::size_t last = log.rfind('\n', log.size() - 2) + 1;
@@ -63,11 +48,10 @@ TEST(Reproduce, prints_whole_lines_in_their_order_when_data_and_words_go_to_one_
             log.rfind("claims that the papers print"));
 }
 
-TEST_F(Reproduced, leaves_a_folder_with_rows_figures_and_one_page_that_needs_nothing_else) {
-  ASSERT_EQ(result_.exitCode, 0) << result_.err;
-  EXPECT_EQ(nlohmann::json::parse(folder_->read("paper/rows.json")), result_.json());
-  const std::string page = folder_->read("paper/report.html");
-  for (const auto& row : result_.json()) {
+void expectFolder(const Result& result, const TemporaryFolder& folder) {
+  EXPECT_EQ(nlohmann::json::parse(folder.read("paper/rows.json")), result.json());
+  const std::string page = folder.read("paper/report.html");
+  for (const auto& row : result.json()) {
     const std::string id = row["id"];
     EXPECT_NE(page.find(id.substr(id.find('/', id.find('/') + 1) + 1)), std::string::npos) << id;
     if (row["reproduces"]) continue;
@@ -76,7 +60,7 @@ TEST_F(Reproduced, leaves_a_folder_with_rows_figures_and_one_page_that_needs_not
   }
   EXPECT_EQ(page.find("src=\"http"), std::string::npos);
   std::size_t figures = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(*folder_ / "paper")) {
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "paper")) {
     figures += entry.path().extension() == ".png" ? 1 : 0;
   }
   std::size_t embedded = 0;
@@ -87,8 +71,15 @@ TEST_F(Reproduced, leaves_a_folder_with_rows_figures_and_one_page_that_needs_not
   EXPECT_GE(figures, 3u);
 }
 
-TEST_F(Reproduced, does_not_overwrite_a_folder) {
-  EXPECT_EQ(depthservo("reproduce ibuki2023 --out " + (*folder_ / "paper").string()).exitCode, 2);
+TEST(Reproduce, gives_rows_words_and_a_folder_and_does_not_overwrite_it) {
+  const TemporaryFolder folder;
+  const std::string command = "reproduce ibuki2023 --json --out " + (folder / "paper").string();
+  const Result result = depthservo(command);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  expectRows(result);
+  expectWordsOfTheClaims(result, folder);
+  expectFolder(result, folder);
+  EXPECT_EQ(depthservo(command).exitCode, 2);
 }
 
 TEST(Reproduce, refused_leaves_nothing) {
