@@ -58,6 +58,7 @@ int calibrateSequence(const CalibrateArguments& a) {
   if (!a.out.empty()) requireNewFile(a.out);
   const Sequence sequence(a.sequence, a.data.source);
   ObservationOptions options = optionsOf(a.data, sequence);
+  if (options.tracker != TrackerKind::klt) fit.target = sequence.target();
   fit.prior = priorOf(options);
   fit.depth = DepthPrior{options.depth.initial};
   fit.range = options.depth.range();

@@ -165,6 +165,12 @@ void addObservationOptions(CLI::App& command, ObservationArguments& a) {
       ->expected(2)
       ->check(zeroOrMore());
   command
+      .add_option("--rows", a.rows,
+                  "What a row of twists is: hold (mean until the next row) | instant (a sample) | "
+                  "mean-before (mean since the row before; default of streams); default: as "
+                  "sequence.yaml has it, hold")
+      ->type_name("MEANING");
+  command
       .add_option(
           "--errors", a.errors,
           "Errors of the robot: typical (default) | poses (default where the motion is from "
@@ -218,6 +224,7 @@ void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptio
       refuseWord("--errors", arguments.errors, errorKindNames());
     }
   }
+  if (!arguments.rows.empty()) options.rows = rowMeaningNamed(arguments.rows, {"--rows", 0, ""});
   if (arguments.odometryScaleSigma) options.odometryScaleSigma = *arguments.odometryScaleSigma;
   if (arguments.focalSigma) options.focalSigma = *arguments.focalSigma;
   if (!arguments.tagFamily.empty()) {

@@ -13,7 +13,7 @@ namespace depthservo {
 /// How to observe depth, whatever the estimator: for replay, live and compare.
 struct ObservationArguments {
   std::string estimator;  ///< only where there is one
-  std::string prior, tagFamily, errors;
+  std::string prior, tagFamily, errors, rows;
   int corners = 0;
   double pixelNoise_px = 0;
   std::vector<double> odometryNoise;

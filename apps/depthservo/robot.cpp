@@ -66,7 +66,9 @@ void tell(const std::string& name, const RobotServerReport& report) {
 }
 
 int serveRobot(const RobotArguments& arguments) {
-  const Scenario scenario = Scenario::load(scenarioFile(arguments.scenario), arguments.overrides);
+  Scenario scenario = Scenario::load(scenarioFile(arguments.scenario), arguments.overrides);
+  RowMeaning& rows = scenario.odometry.rows;
+  if (rows == RowMeaning::hold) rows = RowMeaning::meanBefore;  // a robot tells what it has done
   if (scenario.sensing.source != SensingSource::image) {
     throw InputError({scenario.file, 0, "sensing.source"}, "a robot needs a camera: image");
   }

@@ -253,6 +253,7 @@ int servoRobot(ServoArguments& a) {
     SequenceSettings settings{a.goal, goal.camera, options.target.target, options.target.dots,
                               replayYaml(camera.options())};
     settings.tags = options.target.tags;
+    settings.rows = log.rows;
     settings.taught = options.target.taught;
     recorder->finish(settings);
   }

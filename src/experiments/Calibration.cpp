@@ -10,6 +10,7 @@
 
 #include "depthservo/depth/SharedErrorFilter.h"
 #include "depthservo/text/InputError.h"
+#include "depthservo/tracking/TargetPose.h"
 #include "observation/errorsOf.h"
 
 namespace depthservo {
@@ -39,6 +40,7 @@ struct Recording {
   /// \param wanted a point that is used however short its track is; null: none
   Recording(const RunLog& log, std::size_t most, const int* wanted)
       : odometry(log.odometry.size() + 2) {
+    odometry.setMeaning(log.rows);
     for (const OdometryRow& row : log.odometry) odometry.push(row.time_s, row.twist);
     const PinholeCamera& camera = log.camera;
     focal_px = camera.focal_px();
@@ -92,13 +94,60 @@ struct Level {
   double* value;
 };
 
+/// Depths that are known without odometry.
+struct KnownDepths {
+  std::size_t images = 0;                // so many were taken by then
+  std::vector<std::pair<int, double>> Z;  // by id [m]; empty: none
+  double sigma = 0;                       // relative, common to all
+  bool isByFocal = false;                 // they grow with the true focal length
+
+  KnownDepths(const RunLog& log, const CalibrationOptions& options) {
+    if (options.distance) {
+      images = log.frames.size();
+      Z.push_back(*options.distance);
+    } else if (options.target.points.size() >= 4) {
+      for (images = log.frames.size(); images > 0; --images) {
+        readTarget(log.frames[images - 1], log.camera, options.target);
+        if (!Z.empty()) break;
+      }
+    }
+  }
+
+ private:
+  /// From the pose of the target in one image. Its distance is as uncertain as its size there.
+  void readTarget(const FrameRecord& frame, const PinholeCamera& camera, const DotTarget& target) {
+    std::vector<TrackedPoint> points;
+    Eigen::Vector2d middle(0, 0);
+    for (const FeatureRecord& f : frame.features) {
+      if (!f.measured || f.id >= static_cast<int>(target.points.size())) continue;
+      points.push_back({f.id, f.u, f.v, f.sigma_px});
+      middle += Eigen::Vector2d(f.u, f.v);
+    }
+    const auto pose = TargetPose(target, camera).compute(points);
+    if (!pose) return;
+    middle /= static_cast<double>(points.size());
+    double squares = 0, noise_px = pose->residual_px;
+    for (const TrackedPoint& point : points) {
+      squares += (Eigen::Vector2d(point.u, point.v) - middle).squaredNorm();
+      noise_px = std::max(noise_px, point.sigma_px);
+      Z.emplace_back(point.id,
+                     (pose->cMo * target.points[static_cast<std::size_t>(point.id)]).z());
+    }
+    sigma = noise_px / std::sqrt(squares);
+    isByFocal = true;
+  }
+};
+
 class Fit {
  public:
-  Fit(const Recording& recording, const CalibrationOptions& options)
-      : recording_(recording), options_(options), errors_(options.prior) {}
+  Fit(const Recording& recording, KnownDepths known, const CalibrationOptions& options)
+      : recording_(recording),
+        known_(std::move(known)),
+        options_(options),
+        errors_(options.prior) {}
 
-  /// The filter at the end of the recording. \param pixels factor on the sigma of measurements
-  SharedErrorFilter run(const ErrorProfile& errors, double pixels) const {
+  /// The filter after so many images. \param pixels factor on the sigma of measurements
+  SharedErrorFilter run(const ErrorProfile& errors, double pixels, std::size_t images) const {
     SharedErrorFilterOptions filter;
     filter.errors = errors;
     filter.focal_px = recording_.focal_px;
@@ -107,7 +156,8 @@ class Fit {
     filter.places = recording_.points;
     SharedErrorFilter result(recording_.points, filter, options_.depth, options_.range);
     std::vector<PointObservation> points;
-    for (const Image& image : recording_.images) {
+    for (std::size_t k = 0; k < images; ++k) {
+      const Image& image = recording_.images[k];
       const Coverage coverage = result.advance(recording_.odometry, image.time_s);
       if (coverage == Coverage::afterEnd || coverage == Coverage::reversed) continue;
       points = image.points;
@@ -116,6 +166,7 @@ class Fit {
     }
     return result;
   }
+  SharedErrorFilter run() const { return run(errors_, pixels_, recording_.images.size()); }
 
   Calibration solve() {
     Calibration result;
@@ -146,7 +197,7 @@ class Fit {
   /// Starts anew from what was learnt, so that the last run is linearised there.
   SharedErrorFilter learnConstants() {
     for (int i = 0;; ++i) {
-      SharedErrorFilter filter = run(errors_, pixels_);
+      SharedErrorFilter filter = run();
       if (i == kRestarts) return filter;
       errors_.values.latency_s = shownOrExpected(filter.latency());
       errors_.values.focal = shownOrExpected(filter.focal());
@@ -194,7 +245,7 @@ class Fit {
     const double middle = level;
     const auto cost = [&](double by) {
       level = middle * std::exp(by);
-      const SharedErrorFilter filter = run(errors_, pixels_);
+      const SharedErrorFilter filter = run();
       return filter.cost() * filter.innovations();
     };
     const double below = cost(-step), here = cost(0), above = cost(step);
@@ -238,26 +289,40 @@ class Fit {
     return all;
   }
 
-  /// By a depth that was measured; of the filter that trusts the odometry's scale.
+  /// By depths that are known; of the filter that trusts the odometry's scale.
   Calibrated scale() const {
-    Calibrated c{
-        "scale", "",
-        0,       options_.prior.scale,
-        false,   "no image tells it: measure the distance of a point, --distance ID:METRES"};
-    if (!options_.distance) return c;
-    ErrorProfile trusting = errors_;
-    trusting.scale = 0;
-    const DepthEstimate e = run(trusting, pixels_).estimate(options_.distance->first);
-    if (e.status != DepthStatus::valid) {
-      c.missing = fmt::format(
-          "the depth of point {} is not known at the end of the recording; "
-          "drive curves past it",
-          options_.distance->first);
+    Calibrated c{"scale", "", 0, options_.prior.scale, false, ""};
+    if (known_.Z.empty()) {
+      c.missing =
+          "no image tells it: have a target of known size in view, or measure the distance of a "
+          "point, --distance ID:METRES";
       return c;
     }
-    c.value = options_.distance->second / e.Z() - 1;
-    c.sigma = e.sigma_Z() / e.Z() * (1 + c.value);
+    ErrorProfile trusting = errors_;
+    trusting.scale = 0;
+    const SharedErrorFilter filter = run(trusting, pixels_, known_.images);
+    double count = 0, ratio = 0, sigma = 0;
+    for (const auto& [id, Z] : known_.Z) {
+      const DepthEstimate e = filter.estimate(id);
+      if (e.status != DepthStatus::valid) continue;
+      ++count;
+      ratio += Z / e.Z();
+      sigma += e.sigma_Z() / e.Z();  // most of it is common to all
+    }
+    if (count == 0) {
+      c.missing = "the depths of the known points are not known well; drive curves past them";
+      return c;
+    }
+    ratio /= count;
+    sigma = std::hypot(sigma / count, known_.sigma);
+    if (known_.isByFocal) {
+      ratio *= 1 + filter.focal().value;
+      sigma = std::hypot(sigma, filter.focal().sigma);
+    }
+    c.value = ratio - 1;
+    c.sigma = ratio * sigma;
     c.isShown = c.sigma < kShown * options_.prior.scale;
+    if (!c.isShown) c.missing = fmt::format("{:.4f} +- {:.4f}; drive for longer", c.value, c.sigma);
     return c;
   }
 
@@ -284,6 +349,7 @@ class Fit {
   }
 
   const Recording& recording_;
+  KnownDepths known_;
   const CalibrationOptions& options_;
   ErrorProfile errors_;
   double pixels_ = 1;
@@ -316,7 +382,7 @@ Calibration calibrate(const RunLog& log, const CalibrationOptions& options) {
   if (recording.points == 0) {
     throw InputError({log.name, 0, ""}, "no point was seen in two images; see --tracker");
   }
-  return Fit(recording, options).solve();
+  return Fit(recording, KnownDepths(log, options), options).solve();
 }
 
 std::string profileYaml(const Calibration& c) {

@@ -393,6 +393,7 @@ Comparison compare(const Scenario& scenario, const CompareOptions& options, RunW
   Measured measured = measuredOf(rig.source(), observation);
   measured.name = scenario.name;
   measured.rows = witness.rows();
+  measured.meaning = log.rows;
   measured.isTargetStill = scenario.target.twist.empty();
   measured.read(log);
   for (std::size_t k = 0; k < measured.frames.size(); ++k) {
@@ -410,6 +411,7 @@ Comparison compare(const Sequence& sequence, const ObservationOptions& asked,
   Measured measured = measuredOf(source, observation);
   measured.name = sequence.name();
   measured.rows = log.odometry;
+  measured.meaning = log.rows;
   measured.read(log);
   auto pose = sequence.poses().begin();
   for (MeasuredFrame& frame : measured.frames) {

@@ -68,6 +68,7 @@ void Measured::read(const RunLog& log) {
 
 MotionBuffer Measured::odometry() const {
   MotionBuffer buffer(rows.size(), nominalPeriod_s);
+  buffer.setMeaning(meaning);
   for (const OdometryRow& row : rows) buffer.push(row.time_s, row.twist);
   if (!rows.empty()) buffer.holdUntil(frames.back().time_s);
   return buffer;

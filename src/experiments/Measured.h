@@ -37,7 +37,8 @@ struct Measured {
   bool pointsComeAndGo = false;          ///< some are not known in the last frame any more
   std::vector<MeasuredFrame> frames;
   std::vector<OdometryRow> rows;
-  double nominalPeriod_s = 0;  ///< of the rows
+  RowMeaning meaning = RowMeaning::hold;  ///< of the rows
+  double nominalPeriod_s = 0;
   DepthPrior prior;
   OdometryNoise odometryNoise;
   double odometryScaleSigma = 0;

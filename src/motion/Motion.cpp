@@ -75,6 +75,7 @@ Motion Motion::then(const Motion& next) const {
   both.t += next.t;
   both.dt = dt + next.dt;
   both.dt2 = dt2 + next.dt2;
+  both.within = {within.t2 + next.within.t2, within.theta2 + next.within.theta2};
   both.unknown = {unknown.duration_s + next.unknown.duration_s,
                   unknown.distance_m + next.unknown.distance_m,
                   unknown.angle_rad + next.unknown.angle_rad};
@@ -87,6 +88,7 @@ Motion Motion::inverse() const {
   back.t.noalias() = -(R.transpose() * t);
   back.dt = -dt;
   back.dt2 = dt2;
+  back.within = within;
   back.unknown = unknown;
   return back;
 }

@@ -12,6 +12,10 @@ constexpr double kClockResolution_s = 1e-6;
 /// A row holds for at most so many median periods, or so long, whichever is more.
 constexpr double kHolePeriods = 4, kHole_s = 0.04;
 
+/// A robot speeds up or slows down for about so long, and its commands may come at the same place
+/// between two samples each time: what samples miss then has the same sign. Means miss nothing.
+constexpr double kSameSign_s = 2;
+
 }  // namespace
 
 const char* toString(Coverage coverage) {
@@ -86,6 +90,9 @@ bool MotionBuffer::add(const Row& added) {
     const double period = time_s - row(size_ - 1).time_s;
     sortedPeriods_.insert(std::upper_bound(sortedPeriods_.begin(), sortedPeriods_.end(), period),
                           period);
+    Row& before = rows_[(first_ + size_ - 1) % rows_.size()];
+    const bool saysBefore = meaning_ == RowMeaning::meanBefore && added.isKnown;
+    if (saysBefore && before.isKnown && period <= longestHold()) before.twist = added.twist;
   }
   rows_[(first_ + size_) % rows_.size()] = added;
   ++size_;
@@ -114,6 +121,10 @@ double MotionBuffer::knownUntil(std::size_t i) const {
   if (i + 1 == size_) return alone;
   const double next = row(i + 1).time_s;
   return next - r.time_s <= longestHold() ? next : std::min(next, alone);
+}
+
+bool MotionBuffer::saysUntil(double time_s) const {
+  return meaning_ == RowMeaning::hold || (size_ > 0 && row(size_ - 1).time_s >= time_s);
 }
 
 double MotionBuffer::end() const { return knownUntil(size_ - 1); }
@@ -170,6 +181,70 @@ void MotionBuffer::forEachPart(double t0_s, double t1_s, const Part& part) const
   }
 }
 
+/// Whether the row after row i is at hand and no hole is between them.
+bool MotionBuffer::isFollowed(std::size_t i) const {
+  return i + 1 < size_ && row(i + 1).isKnown &&
+         row(i + 1).time_s - row(i).time_s <= longestHold();
+}
+
+/// Change of the twist in the time from row i to the next, as far as the rows up to that say: to its
+/// sample, or as much as the mean differs from that of the row before.
+Vector6d MotionBuffer::changeIn(std::size_t i) const {
+  if (meaning_ == RowMeaning::instant) return row(i + 1).twist.vector() - row(i).twist.vector();
+  if (i == 0 || !isFollowed(i - 1)) return Vector6d::Zero();
+  return row(i).twist.vector() - row(i - 1).twist.vector();
+}
+
+/// Mean over a part of the time from row i to the next.
+Twist MotionBuffer::twistIn(std::size_t i, double from_s, double to_s) const {
+  const Twist& twist = row(i).twist;
+  if (meaning_ == RowMeaning::hold || !isFollowed(i)) return twist;
+  const double met = meaning_ == RowMeaning::instant ? 0 : 0.5;  // where in the row its twist is
+  const double period_s = row(i + 1).time_s - row(i).time_s;
+  const double share = (0.5 * (from_s + to_s) - row(i).time_s) / period_s - met;
+  const Vector6d change = share * changeIn(i);
+  return {twist.linear + change.head<3>(), twist.angular + change.tail<3>()};
+}
+
+/// With a change by d at a time that is uniform over the period T: between two samples the twist
+/// differs from the straight line as a Brownian bridge does; of a row with a known mean the integral
+/// is right again at the end; what goes on from the newest row does not come back.
+WithinRows MotionBuffer::within(std::size_t i, double from_s, double to_s) const {
+  if (meaning_ == RowMeaning::hold) return {};
+  const bool isNewest = !isFollowed(i);
+  if (isNewest && (i == 0 || !isFollowed(i - 1))) return {};  // nothing is known of changes
+  const std::size_t last = isNewest ? i - 1 : i;  // that is known whole
+  const double T = row(last + 1).time_s - row(last).time_s;
+  const double a = (from_s - row(i).time_s) / T, b = (to_s - row(i).time_s) / T, l = b - a;
+  const double onwards = l * l * a + l * l * l / 3;
+  const Vector6d change = changeIn(last);
+  Eigen::Array<double, 6, 1> squares = change.array().square();
+  if (meaning_ == RowMeaning::instant) {
+    const double mean = 0.5 * (b * b - a * a);
+    squares *= isNewest ? onwards : std::max(0., onwards - mean * mean);
+    squares /= std::tanh(0.5 * T / kSameSign_s);  // of errors that last, counted as white
+  } else if (isNewest) {
+    squares *= onwards + 0.5 * l * l;  // the mean is half a row old
+  } else {
+    const auto bridge = [](double x, double y) {  // covariance at x <= y
+      return x * (1 - y) * ((2 * y - x * x - y * y) / 6 - y * (1 - x) / 4);
+    };
+    squares *= std::max(0., bridge(a, a) + bridge(b, b) - 2 * bridge(a, b));
+    if (last > 0) {  // the change is not that of the row before
+      const double bend = 0.5 * (b * (1 - b) - a * (1 - a));
+      squares += bend * bend * (change - changeIn(last - 1)).array().square();
+    }
+  }
+  squares *= T * T;
+  return {squares.head<3>().sum(), squares.tail<3>().sum()};
+}
+
+Motion MotionBuffer::partOf(std::size_t i, double from_s, double to_s) const {
+  Motion motion = Motion::fromTwist(twistIn(i, from_s, to_s), to_s - from_s);
+  motion.within = within(i, from_s, to_s);
+  return motion;
+}
+
 MotionBuffer::Interval MotionBuffer::motion(double t0_s, double t1_s) const {
   Interval interval{{}, coverage(t0_s, t1_s)};
   if (!hasMotion(interval.coverage)) return interval;
@@ -178,7 +253,7 @@ MotionBuffer::Interval MotionBuffer::motion(double t0_s, double t1_s) const {
     const Twist& twist = row(i).twist;
     const double end_s = isComplete ? to_s : std::clamp(knownUntil(i), from_s, to_s);
     if (end_s > from_s) {
-      interval.motion = interval.motion.then(Motion::fromTwist(twist, end_s - from_s));
+      interval.motion = interval.motion.then(partOf(i, from_s, end_s));
     }
     if (end_s == to_s) return;
     const double start_s = std::min(knownUntil(i), end_s);
@@ -193,8 +268,9 @@ MotionBuffer::Mean MotionBuffer::meanTwist(double t0_s, double t1_s) const {
   if (mean.coverage != Coverage::complete || t0_s == t1_s) return mean;
   forEachPart(t0_s, t1_s, [&](std::size_t i, double from_s, double to_s) {
     const double share = (to_s - from_s) / (t1_s - t0_s);
-    mean.twist.linear += share * row(i).twist.linear;
-    mean.twist.angular += share * row(i).twist.angular;
+    const Twist twist = twistIn(i, from_s, to_s);
+    mean.twist.linear += share * twist.linear;
+    mean.twist.angular += share * twist.angular;
   });
   return mean;
 }

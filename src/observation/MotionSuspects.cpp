@@ -47,7 +47,7 @@ class Trial {
  public:
   /// \param noise times the pixel noise as declared
   Trial(const RunLog& log, const ObservationOptions& options, double noise = 1)
-      : options_(options) {
+      : options_(options), meaning_(log.rows) {
     std::set<int> ids;
     for (std::size_t k = 0; k < std::min(kMostFrames, log.frames.size()); ++k) {
       frames_.push_back({log.frames[k].time_s, {}});
@@ -67,6 +67,7 @@ class Trial {
     ConsistencyMonitor monitor(kMostPoints, monitorOptions, options_.prior(),
                                options_.depth.range());
     MotionBuffer odometry(std::max<std::size_t>(2, rows.size()));
+    odometry.setMeaning(meaning_);
     for (const OdometryRow& row : rows) odometry.push(row.time_s, row.twist);
     double last_s = kUnknown;
     for (const Frame& frame : frames_) {
@@ -86,6 +87,7 @@ class Trial {
     std::vector<PointObservation> seen;
   };
   const ObservationOptions& options_;
+  RowMeaning meaning_;
   std::vector<Frame> frames_;
 };
 

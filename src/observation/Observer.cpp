@@ -40,6 +40,7 @@ struct Observer::Parts {
                                 setup.findsPoints() ? setup.capacity : setup.ids.size())),
         frameRate(setup.estimator),
         odometry(setup.odometryRows, setup.rowPeriod_s) {
+    odometry.setMeaning(setup.rows);
     if (setup.followed) {
       targetPose.emplace(*setup.followed, setup.camera);
     } else if (setup.estimator.depth.estimator != EstimatorKind::pose) {
@@ -324,10 +325,15 @@ void Observer::finish(RunLog& log) {
   if (p.targetPose) log.odometry = std::move(p.rowsByTarget);
   if (p.diagnosis) log.diagnosis = p.diagnosis->result();
   p.judgeRange(log);
+  log.rows = p.setup.rows;
+  log.profile = p.setup.profile;
+  const EstimatorKind kind = p.setup.estimator.depth.estimator;
+  const bool takesErrors = kind == EstimatorKind::filter || kind == EstimatorKind::joint;
+  if (takesErrors) log.errors = p.setup.estimator.errors;
   log.joint = jointStatesOf(*p.estimator);
   log.frameRate = p.frameRate.report();
   if (p.tags) log.tags = p.tags->results();
-  log.isDepthObserved = p.setup.estimator.depth.estimator != EstimatorKind::constant;
+  log.isDepthObserved = kind != EstimatorKind::constant;
   log.isTruthOfMotion = p.isTruthOfMotion;
   log.timings.emplace_back("tracking", std::move(p.trackingTimes));
   log.timings.emplace_back("estimation", std::move(p.estimationTimes));

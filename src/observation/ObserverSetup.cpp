@@ -12,6 +12,7 @@
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "observation/errorsOf.h"
 #include "observation/makeTracker.h"
+#include "sequence/rowMeanings.h"
 #include "text/Names.h"
 
 namespace depthservo {
@@ -80,10 +81,18 @@ MotionSource motionNamed(const std::string& name, const InputError::Place& place
   throw InputError(place, detail::unknownWord(name, detail::wordsOf(motionWords())));
 }
 
+RowMeaning rowMeaningNamed(const std::string& name, const InputError::Place& place) {
+  if (const auto meaning = detail::valueOf(detail::rowMeanings(), name)) return *meaning;
+  throw InputError(place, detail::unknownWord(name, detail::wordsOf(detail::rowMeanings())));
+}
+
+const char* toString(RowMeaning meaning) { return detail::wordOf(detail::rowMeanings(), meaning); }
+
 ObservedSource ObservedSource::of(const Sequence& sequence) {
   ObservedSource source{sequence.folder(), sequence.folder() + "/sequence.yaml", sequence.camera(),
                         sequence.seen()};
   source.hasImages = sequence.hasImages();
+  source.rows = source.target.rows.value_or(RowMeaning::hold);
   source.odometryRows =
       std::max({sequence.frames().size(), sequence.odometry().size(), sequence.poses().size()});
   std::set<int> ids;
@@ -136,6 +145,7 @@ ObserverSetup ObserverSetup::of(const ObservedSource& source, const ObservationO
   setup.pixelNoise_px = options.pixelNoise_px;
   setup.prior = options.prior();
   setup.estimator = setupOf(source, options);
+  setup.profile = toString(errorKindOf(options));
   setup.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
   setup.tracker = makeTracker(source.target, options.tracker, options);
   setup.takesTrackersNoise = measuresNoise(options.tracker) && !options.isPixelNoiseGiven;
@@ -155,6 +165,9 @@ ObserverSetup ObserverSetup::of(const ObservedSource& source, const ObservationO
   if (options.motion == MotionSource::target) setup.followed = source.target.target;
   setup.odometryRows = source.odometryRows;
   setup.rowPeriod_s = source.rowPeriod_s;
+  if (options.motion == MotionSource::twist || options.motion == MotionSource::automatic) {
+    setup.rows = options.rows.value_or(source.rows);
+  }
   return setup;
 }
 

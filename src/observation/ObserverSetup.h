@@ -25,10 +25,12 @@ struct ObserverSetup {
   std::optional<AprilTagTarget> tags;  ///< whose sizes are compared with the observed depths
   DepthPrior prior;                    ///< of every point
   EstimatorSetup estimator;
+  std::string profile;                    ///< of the robot's errors, by its word
   OdometryNoise declaredNoise;            ///< of the odometry, for the diagnosis
   std::unique_ptr<PointTracker> tracker;  ///< none: points come with the exposure
   std::optional<DotTarget> followed;      ///< its pose tells how the camera moves; none: rows do
   std::size_t odometryRows = 1024;
+  RowMeaning rows = RowMeaning::hold;
   double rowPeriod_s = 0;
 
   bool findsPoints() const { return capacity > 0; }

@@ -8,6 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "observation/errorKeys.h"
+#include "text/KeyTree.h"
+
 namespace depthservo {
 namespace {
 
@@ -264,6 +267,12 @@ std::string toJson(const RunLog& log, const Metrics& metrics) {
   if (!log.tags.empty()) {
     json["tags"] = Json::array();
     for (const TagRecord& tag : log.tags) json["tags"].push_back(toJson(tag));
+  }
+  json["robot_errors"] = {{"profile", log.profile}, {"considered", nullptr}};
+  if (log.errors) {
+    ErrorProfile errors = *log.errors;
+    json["robot_errors"]["considered"] =
+        detail::toJson(detail::keyTree([&](detail::Fields& f) { describe(f, errors); }));
   }
   if (log.diagnosis) json["diagnosis"] = toJson(*log.diagnosis);
   if (log.joint) json["joint"] = toJson(*log.joint, log.camera.focal_px());

@@ -19,10 +19,13 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kOdometryRows = 16384;
 constexpr std::size_t kMostFaultsTold = 20;
 
-ObservedSource sourceOf(const LiveOptions& options) {
+/// Rows of a file hold; what comes while it happens tells what has been.
+ObservedSource sourceOf(const LiveOptions& options, const TwistStream* twists) {
   ObservedSource source{options.name, options.targetFile, options.camera, options.target};
   source.frameRate = source.fastestRate = options.rate;
   source.odometryRows = kOdometryRows;
+  const bool isFile = twists && twists->isFile();
+  source.rows = options.target.rows.value_or(isFile ? RowMeaning::hold : RowMeaning::meanBefore);
   return source;
 }
 
@@ -88,7 +91,7 @@ class UsableImages {
 
 struct LiveRig::Parts {
   Parts(const LiveOptions& o, ImageSource& i, TwistStream* t)
-      : options(o), images(i), usable(i, o), twists(t), source(sourceOf(o)) {}
+      : options(o), images(i), usable(i, o), twists(t), source(sourceOf(o, t)) {}
 
   void take(double wait_s) {
     for (const OdometryRow& row : twists->read(wait_s)) {
@@ -117,9 +120,10 @@ struct LiveRig::Parts {
   }
 
   /// A file's image waits until the next row shows how far the one before it holds; a camera's
-  /// cannot: a row holds for one period beyond its time.
+  /// cannot: a row holds for one period beyond its time, unless it says nothing of that.
   bool isEnough(MotionBuffer& odometry, double time_s) {
-    return waiting.isCoveredBeyond(time_s) || (images.isLive() && isCovered(odometry, time_s));
+    return waiting.isCoveredBeyond(time_s) ||
+           (images.isLive() && isCovered(odometry, time_s) && odometry.saysUntil(time_s));
   }
 
   LiveOptions options;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <limits>
 #include <stdexcept>
@@ -35,6 +36,7 @@ ObservedSource sourceOf(const SimulatedRigOptions& options, const World& world, 
   source.frameRate = options.camera.slowest();
   source.fastestRate = options.camera.fastest();
   source.rowPeriod_s = 1 / options.odometry.rate;
+  source.rows = options.odometry.rows;
   source.odometryRows = 4096;
   return source;
 }
@@ -64,6 +66,7 @@ struct SimulatedRig::Parts {
   }
   void expose();
   double stamp();
+  double arrivalOf(const Exposure& exposure) const;
 };
 
 SimulatedRig::SimulatedRig(const SimulatedRigOptions& options, const std::string& place) try
@@ -80,7 +83,7 @@ std::optional<Exposure> SimulatedRig::next(Listener* listener) {
     const double coming_s = p.clock.time();
     const double arrival_s = p.underway.empty()
                                  ? std::numeric_limits<double>::infinity()
-                                 : p.underway.front().time_s + p.options.sensing.delay;
+                                 : p.arrivalOf(p.underway.front());
     if (std::min(coming_s, arrival_s) > p.options.duration + kTimeSlack_s) return std::nullopt;
     if (arrival_s <= coming_s) {
       p.drive(fileTime(arrival_s), listener);
@@ -116,6 +119,15 @@ double SimulatedRig::Parts::stamp() {
   const double most_s = 0.4 * (1 - options.camera.jitter) / options.camera.fastest();
   const double drawn_s = std::clamp(jitter_s * stampJitter.next(), -most_s, most_s);
   return fileTime(std::max(0., late_s + drawn_s));
+}
+
+/// Where a row does not say how the camera goes on, an image waits for the next.
+double SimulatedRig::Parts::arrivalOf(const Exposure& exposure) const {
+  const double arrival_s = exposure.time_s + options.sensing.delay;
+  if (options.odometry.rows == RowMeaning::hold) return arrival_s;
+  const double rate = options.odometry.rate;
+  const double row = std::ceil(exposure.time_s * rate - kTimeSlack_s);
+  return std::max(arrival_s, fileTime(row / rate));
 }
 
 void SimulatedRig::readOdometry(MotionBuffer& odometry, double /*time_s*/) {

@@ -70,6 +70,9 @@ void check(const SimulatedRigOptions& rig, const Refuse& refuse) {
   }
   check(rig.target, detail::below("target", refuse));
   check(rig.robot, detail::below("robot", refuse));
+  if (rig.odometry.rows == RowMeaning::instant && rig.odometry.ticks > 0) {
+    refuse("odometry.rows", "encoders with ticks count ways: hold or mean-before");
+  }
   const SensingOptions& sensing = rig.sensing;
   if (sensing.tracker != rig.target.type) refuse("sensing.tracker", "must be as target.type");
   if (sensing.light_on_dark && rig.target.type == TargetKind::apriltag) {

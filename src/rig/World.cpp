@@ -78,47 +78,72 @@ World::World(const SimulatedRigOptions& options)
 
 void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
   const OdometryOptions& odometry = options_.odometry;
+  const bool holds = odometry.rows == RowMeaning::hold;
   const auto rowTime = [&](std::uint64_t row) {
     return fileTime(static_cast<double>(row) / odometry.rate);
   };
+  if (!holds && odometry_.empty()) addRow({});
   while (time_s_ < time_s) {
     const bool beginsRow = rowTime(rows_) <= time_s_;
-    if (beginsRow) ++rows_;
-    if (beginsRow && beforeRow) beforeRow();
-    if (beginsRow && unicycle_ && odometry.mode == OdometryMode::commanded) {
-      disturbance_ = odometry.noise.cwiseProduct(gaussian2());
-      unicycle_->setDisturbance(disturbance_);
-    }
-    const double until = std::min(time_s, rowTime(rows_));
-    const double duration_s = until - time_s_;
-    const Eigen::Vector2d wheelsBefore = wheels_;
-    const Eigen::Isometry3d wMcBefore = robot_->wMc();
-    robot_->drive(command_, duration_s);
-    if (unicycle_) wheels_ += wheelSpeeds(robot_->velocity(), odometry.wheel_base) * duration_s;
     if (beginsRow) {
-      Twist twist = twistOverRow(wheelsBefore, wMcBefore, duration_s);
-      addNoise(twist);
-      odometry_.push_back({time_s_, twist});
+      ++rows_;
+      if (beforeRow) beforeRow();
+      if (unicycle_ && odometry.mode == OdometryMode::commanded) {
+        disturbance_ = odometry.noise.cwiseProduct(gaussian2());
+        unicycle_->setDisturbance(disturbance_);
+      }
     }
+    const double until = std::min(time_s, rowTime(rows_)), duration_s = until - time_s_;
+    const double period_s = rowTime(rows_) - time_s_;  // where a row begins
+    // A base whose rows hold takes a command when a row begins, and then does what the row says.
+    if (beginsRow || !holds) robot_->accelerate(command_, holds ? period_s : duration_s);
+    const Twist twist = told();
+    const Eigen::Isometry3d wMcBefore = robot_->wMc();
+    robot_->move(duration_s);
+    if (beginsRow && holds) {
+      addRow(unicycle_ ? counted(twist, wheels_ + rolled(period_s), period_s)
+                       : Motion::fromPoses(wMcBefore, robot_->wMc(), duration_s).twist());
+    }
+    way_.linear += duration_s * twist.linear;
+    way_.angular += duration_s * twist.angular;
+    wheels_ += rolled(duration_s);
     moveTarget(until);
     time_s_ = until;
+    if (!holds && time_s_ == rowTime(rows_)) addRow(odometry.rows == RowMeaning::instant ? twist : meanTwist());
   }
 }
 
-Twist World::twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isometry3d& wMcBefore,
-                          double duration_s) const {
-  if (!unicycle_) return Motion::fromPoses(wMcBefore, robot_->wMc(), duration_s).twist();
-  const OdometryOptions& odometry = options_.odometry;
-  Eigen::Vector2d velocity = robot_->velocity() - disturbance_;
-  if (odometry.ticks > 0) {
-    const Eigen::Vector2d rolled =
-        countedWay(wheels_, odometry.ticks) - countedWay(wheelsBefore, odometry.ticks);
-    velocity = robotVelocity(rolled / duration_s, odometry.wheel_base);
-  }
+/// Over the time since the last row, by the wheels' encoders where they have ticks.
+Twist World::meanTwist() {
+  const double period_s = time_s_ - odometry_.back().time_s;
+  return counted({way_.linear / period_s, way_.angular / period_s}, wheels_, period_s);
+}
+
+/// Way of the wheels with the velocity that the robot has [m].
+Eigen::Vector2d World::rolled(double duration_s) const {
+  if (!unicycle_) return Eigen::Vector2d::Zero();
+  return wheelSpeeds(robot_->velocity(), options_.odometry.wheel_base) * duration_s;
+}
+
+/// What perfect odometry says of the robot's velocity.
+Twist World::told() const {
+  Eigen::VectorXd velocity = robot_->velocity();
+  if (unicycle_) velocity -= disturbance_;
   return robot_->cameraTwist(velocity);
 }
 
-void World::addNoise(Twist& twist) {
+/// What encoders with their ticks say of it, since the last row. \param wheels at the end [m]
+Twist World::counted(const Twist& twist, const Eigen::Vector2d& wheels, double duration_s) {
+  const OdometryOptions& odometry = options_.odometry;
+  if (!unicycle_ || odometry.ticks == 0) return twist;
+  const Eigen::Vector2d ways =
+      countedWay(wheels, odometry.ticks) - countedWay(wheelsAtRow_, odometry.ticks);
+  wheelsAtRow_ = wheels;
+  return robot_->cameraTwist(robotVelocity(ways / duration_s, odometry.wheel_base));
+}
+
+/// The row of this time, as it is measured.
+void World::addRow(Twist twist) {
   const OdometryOptions& odometry = options_.odometry;
   twist.linear *= odometry.scale / (1 + odometry.scale * slip_.at(time_s_)[0]);
   twist.angular += odometry.gyro_bias;
@@ -127,6 +152,8 @@ void World::addNoise(Twist& twist) {
     for (double& v : twist.linear) v += odometry.noise[0] * gaussian_(random_);
     for (double& w : twist.angular) w += odometry.noise[1] * gaussian_(random_);
   }
+  odometry_.push_back({time_s_, twist});
+  way_ = {};
 }
 
 void World::moveTarget(double until_s) {

@@ -35,7 +35,7 @@ class World {
   void advanceTo(double time_s, const std::function<void()>& beforeRow = {});
   void setCommand(const Eigen::VectorXd& command) { command_ = command; }
 
-  /// All rows so far. A row holds the twist at its time, until the next.
+  /// All rows so far, as the odometry's `rows` have it.
   const std::vector<OdometryRow>& odometry() const { return odometry_; }
 
   std::vector<TruePoint> truth() const { return seenAt(cMo()); }
@@ -72,9 +72,11 @@ class World {
   void moveTarget(double until_s);
   Twist targetTwist(double time_s) const;
   Twist twistRelativeToTarget() const;
-  Twist twistOverRow(const Eigen::Vector2d& wheelsBefore, const Eigen::Isometry3d& wMcBefore,
-                     double duration_s) const;
-  void addNoise(Twist& twist);
+  Eigen::Vector2d rolled(double duration_s) const;
+  Twist told() const;
+  Twist meanTwist();
+  Twist counted(const Twist& twist, const Eigen::Vector2d& wheels, double duration_s);
+  void addRow(Twist twist);
   Eigen::Vector2d gaussian2() { return {gaussian_(random_), gaussian_(random_)}; }
 
   SimulatedRigOptions options_;
@@ -93,6 +95,8 @@ class World {
   Eigen::VectorXd command_;
   Eigen::Vector2d disturbance_ = Eigen::Vector2d::Zero();  // of (v, w)
   Eigen::Vector2d wheels_ = Eigen::Vector2d::Zero();  // way of the left and of the right one [m]
+  Eigen::Vector2d wheelsAtRow_ = Eigen::Vector2d::Zero();  // as the rows have told it
+  Twist way_;                                              // integral of the twist since the last row
   std::vector<OdometryRow> odometry_;
 };
 

@@ -21,14 +21,16 @@ vpMatrix FreeCamera::eJe() const {
   return J;
 }
 
-Eigen::VectorXd FreeCamera::drive(const Eigen::VectorXd& command, double dt) {
+void FreeCamera::accelerate(const Eigen::VectorXd& command, double /*dt*/) {
   const bool isUsable = command.size() == 6 && command.allFinite();
   velocity_ = isUsable ? Vector6d(command) : Vector6d::Zero();
   velocity_ *= commonFactor(velocity_, limits_);
+}
+
+void FreeCamera::move(double dt) {
   const Motion back = Motion::fromTwist(cameraTwist(velocity_), dt).inverse();
   wMc_.translation() += wMc_.linear() * back.t;
   wMc_.linear() = Eigen::Quaterniond(wMc_.linear() * back.R).normalized().toRotationMatrix();
-  return velocity_;
 }
 
 }  // namespace depthservo

@@ -66,17 +66,20 @@ vpVelocityTwistMatrix MobileManipulator::cVe() const {
   return forwardCameraTwistMatrix(Eigen::Vector3d::Zero());
 }
 
-Eigen::VectorXd MobileManipulator::drive(const Eigen::VectorXd& command, double dt) {
-  if (!(dt > 0) || !std::isfinite(dt)) return velocity_;
+void MobileManipulator::accelerate(const Eigen::VectorXd& command, double dt) {
+  if (!(dt > 0) || !std::isfinite(dt)) return;
   const bool isUsable = command.size() == 5 && command.allFinite();
   velocity_ = isUsable ? Vector5d(command) : Vector5d::Zero();
   velocity_ *= commonFactor(velocity_, limits_);
+}
+
+void MobileManipulator::move(double dt) {
+  if (!(dt > 0) || !std::isfinite(dt)) return;
   const Eigen::Vector2d way = planarArc(velocity_[0] * dt, velocity_[1] * dt, state_.theta);
   state_.x += way.x();
   state_.y += way.y();
   state_.theta += velocity_[1] * dt;
   state_.joints += velocity_.tail<3>() * dt;
-  return velocity_;
 }
 
 }  // namespace depthservo

@@ -33,17 +33,19 @@ vpMatrix OmniBase::eJe() const {
 
 vpVelocityTwistMatrix OmniBase::cVe() const { return forwardCameraTwistMatrix(offset_); }
 
-Eigen::VectorXd OmniBase::drive(const Eigen::VectorXd& command, double dt) {
+void OmniBase::accelerate(const Eigen::VectorXd& command, double /*dt*/) {
   const bool isUsable = command.size() == 3 && command.allFinite();
   velocity_ = isUsable ? Eigen::Vector3d(command) : Eigen::Vector3d::Zero();
   velocity_ *= commonFactor(velocity_, limits_);
+}
+
+void OmniBase::move(double dt) {
   const double turn = velocity_[2] * dt;
   const Eigen::Vector2d step = planarArc(velocity_[0] * dt, turn, pose_.theta) +
                                planarArc(velocity_[1] * dt, turn, pose_.theta + kHalfPi);
   pose_.x += step.x();
   pose_.y += step.y();
   pose_.theta += turn;
-  return velocity_;
 }
 
 }  // namespace depthservo

@@ -63,9 +63,12 @@ Eigen::Vector3d PanUnicycle::limited(const Eigen::Vector3d& command, double dt) 
   return velocity_ + change * commonFactor(change, limits_.acceleration * dt);
 }
 
-Eigen::VectorXd PanUnicycle::drive(const Eigen::VectorXd& command, double dt) {
+void PanUnicycle::accelerate(const Eigen::VectorXd& command, double dt) {
   const bool isUsable = command.size() == 3 && command.allFinite();
   velocity_ = limited(isUsable ? Eigen::Vector3d(command) : Eigen::Vector3d::Zero(), dt);
+}
+
+void PanUnicycle::move(double dt) {
   const double pan = std::clamp(state_.pan + velocity_[2] * dt, limits_.pan_min, limits_.pan_max);
   if (pan != state_.pan + velocity_[2] * dt) velocity_[2] = (pan - state_.pan) / dt;
   state_.pan = pan;
@@ -73,7 +76,6 @@ Eigen::VectorXd PanUnicycle::drive(const Eigen::VectorXd& command, double dt) {
   state_.x += step.x();
   state_.y += step.y();
   state_.theta += velocity_[1] * dt;
-  return velocity_;
 }
 
 }  // namespace depthservo

@@ -44,19 +44,22 @@ Eigen::Vector2d UnicycleCamera::limited(const Eigen::Vector2d& command, double d
   return target_ + change * commonFactor(change, quickest);
 }
 
-Eigen::VectorXd UnicycleCamera::drive(const Eigen::VectorXd& command, double dt) {
-  if (!(dt > 0) || !std::isfinite(dt)) return velocity_;
+void UnicycleCamera::accelerate(const Eigen::VectorXd& command, double dt) {
+  if (!(dt > 0) || !std::isfinite(dt)) return;
   const bool isUsable = command.size() == 2 && command.allFinite();
   target_ = limited(isUsable ? Eigen::Vector2d(command) : Eigen::Vector2d::Zero(), dt);
   const double follow = lag_s_ > 0 ? -std::expm1(-dt / lag_s_) : 1;
   actuators_ += follow * (target_ - actuators_);
   velocity_ = actuators_ + disturbance_;
+}
+
+void UnicycleCamera::move(double dt) {
+  if (!(dt > 0) || !std::isfinite(dt)) return;
   const double turn = velocity_[1] * dt;
   const Eigen::Vector2d way = planarArc(velocity_[0] * dt, turn, pose_.theta);
   pose_.x += way.x();
   pose_.y += way.y();
   pose_.theta += turn;
-  return velocity_;
 }
 
 }  // namespace depthservo

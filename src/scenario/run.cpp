@@ -111,6 +111,7 @@ RunLog record(const Scenario& scenario, const std::string& folder, RunWatcher* w
   SequenceSettings settings{scenario.name, source.camera, target.target, target.dots,
                             replayYaml(observation)};
   settings.tags = target.tags;
+  settings.rows = log.rows;
   recorder.finish(settings);
   return log;
 }

@@ -32,6 +32,9 @@ class LineStream {
   /// more. (A pipe may get a new writer.)
   bool isEnded() const { return isEnded_; }
 
+  /// Whether it is a file on disk.
+  bool isFile() const { return isRegular_; }
+
   /// Whether a signal cut the last wait short.
   bool wasInterrupted() const { return wasInterrupted_; }
 

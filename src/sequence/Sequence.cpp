@@ -17,6 +17,7 @@
 #include "sequence/associate.h"
 #include "sequence/cameraFiles.h"
 #include "sequence/dataSets.h"
+#include "sequence/rowMeanings.h"
 #include "text/StrictYaml.h"
 #include "text/TextTable.h"
 
@@ -85,8 +86,9 @@ std::vector<double> timesOf(const std::vector<Timed>& list) {
 }
 
 const std::vector<std::string>& settingsKeys() {
-  static const std::vector<std::string> keys = {"name",   "depth_scale", "target", "dots",
-                                                "images", "image_bits",  "taught", "replay"};
+  static const std::vector<std::string> keys = {"name",       "depth_scale", "rows",
+                                                "target",     "dots",        "images",
+                                                "image_bits", "taught",      "replay"};
   return keys;
 }
 
@@ -128,6 +130,12 @@ SequenceTarget targetOf(const StrictMapping& settings) {
   if (settings.has("replay")) {
     seen.replay = {settings.file(),
                    std::make_shared<const detail::YamlValue>(settings.value("replay"))};
+  }
+  if (settings.has("rows")) {
+    const std::string word = settings.text("rows");
+    const auto& words = detail::rowMeanings();
+    seen.rows = detail::valueOf(words, word);
+    if (!seen.rows) settings.fail("rows", detail::unknownWord(word, detail::wordsOf(words)));
   }
   return seen;
 }
@@ -273,6 +281,7 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
   tags_ = std::move(seen.tags);
   dots_ = std::move(seen.dots);
   replay_ = std::move(seen.replay);
+  rowMeaning_ = seen.rows;
   if (settings.has("taught")) readTaught(settings.text("taught"));
   if (settings.has("images")) {
     const StrictMapping images = settings.mapping("images", {"folder", "pattern", "rate"});

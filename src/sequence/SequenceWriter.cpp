@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "sequence/GrayImage.h"
+#include "sequence/rowMeanings.h"
 #include "sequence/twistLine.h"
 #include "text/TextFile.h"
 
@@ -59,6 +60,9 @@ std::string sequenceYaml(const SequenceSettings& settings) {
   YAML::Emitter name;
   name << YAML::DoubleQuoted << settings.name;
   std::string text = settings.name.empty() ? "" : fmt::format("name: {}\n", name.c_str());
+  if (settings.rows != RowMeaning::hold) {
+    text += fmt::format("rows: {}\n", detail::wordOf(detail::rowMeanings(), settings.rows));
+  }
   const auto list = [&](const auto& values, const auto& item) {
     std::string joined;
     for (const auto& value : values) joined += (joined.empty() ? "" : ", ") + item(value);

@@ -41,6 +41,8 @@ TwistStream::TwistStream(const std::string& path)
 
 TwistStream::~TwistStream() = default;
 
+bool TwistStream::isFile() const { return lines_->isFile(); }
+
 bool TwistStream::isEnded() const { return lines_->isEnded(); }
 bool TwistStream::wasInterrupted() const { return lines_->wasInterrupted(); }
 

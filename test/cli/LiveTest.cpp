@@ -81,9 +81,17 @@ TEST_F(LiveOfRecording, as_lossless_video_gives_the_estimates_of_replay) {
 
 TEST_F(LiveOfRecording, with_twists_from_a_pipe_gives_the_estimates_of_replay) {
   const Result result =
-      live(series_, "--twist " + fifo_ + " --out " + out(), "cat " + twistFile() + " > " + fifo_);
+      live(series_, "--rows hold --twist " + fifo_ + " --out " + out(),
+           "cat " + twistFile() + " > " + fifo_);
   ASSERT_EQ(result.exitCode, 0) << result.err;
   expectReplayed();
+}
+
+TEST_F(LiveOfRecording, takes_twists_from_a_pipe_for_means_of_the_time_before) {
+  const Result result =
+      live(series_, "--twist " + fifo_ + " --out " + out(), "cat " + twistFile() + " > " + fifo_);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  expectReplayed("--rows mean-before");
 }
 
 TEST_F(LiveOfRecording, with_times_from_a_table_gives_the_estimates_of_replay) {
@@ -133,7 +141,7 @@ TEST_F(LiveOfRecording, coasts_while_twists_are_late_and_goes_on_when_they_come)
 
 TEST_F(LiveOfRecording, counts_what_is_wrong_with_the_twists_and_uses_the_rest) {
   const Result result =
-      live(series_, "--twist " + fifo_ + " --json --out " + out(),
+      live(series_, "--rows hold --twist " + fifo_ + " --json --out " + out(),
            "(head -n 10 " + twistFile() + "; echo rubbish; echo 0.1,nan,0,0,0,0,0; tail -n +11 " +
                twistFile() + "; echo 0,0,0,0,0,0,0; printf 99,0,0) > " + fifo_);
   ASSERT_EQ(result.exitCode, 0) << result.err;

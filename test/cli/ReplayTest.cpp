@@ -33,7 +33,30 @@ TEST_P(RecordThenReplay, gives_the_estimates_of_the_run) {
 INSTANTIATE_TEST_SUITE_P(Sources, RecordThenReplay,
                          testing::Values("", "--set sensing.source=geometry",
                                          "--set odometry.rate=77 --set sensing.delay=0.05",
+                                         "--set odometry.rate=77 --set odometry.rows=mean-before",
+                                         "--set odometry.rate=40 --set odometry.rows=instant "
+                                         "--set sensing.delay=0.05",
                                          "--set odometry.noise=[0.005,0.002]"));
+
+TEST(Rows, mean_what_the_sequence_or_the_option_says) {
+  const TemporaryFolder folder;
+  const std::string sequence = folder / "sequence";
+  record(data("scenarios/unicycle-4dots.yaml") +
+             " --set duration=4 --set expect=null --set odometry.rate=25 --set "
+             "odometry.rows=mean-before",
+         sequence);
+  EXPECT_NE(folder.read("sequence/sequence.yaml").find("\nrows: mean-before\n"), std::string::npos);
+  const auto error = [&](const std::string& option) {
+    const Result result = depthservo("replay " + sequence + " --json " + option);
+    EXPECT_EQ(result.exitCode, 0) << result.err;
+    return result.json()["metrics"]["final_depth_error_max"].get<double>();
+  };
+  EXPECT_EQ(error(""), error("--rows mean-before"));
+  EXPECT_GT(error("--rows hold"), 2 * error(""));  // a row late
+  const Result wrong = depthservo("replay " + sequence + " --rows mean-befor");
+  EXPECT_EQ(wrong.exitCode, 2);
+  EXPECT_NE(wrong.err.find("the nearest is 'mean-before'"), std::string::npos) << wrong.err;
+}
 
 TEST(AprilTags, a_recorded_run_before_a_tag_replays_exactly_and_names_its_size) {
   const TemporaryFolder folder;

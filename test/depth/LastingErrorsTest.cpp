@@ -90,19 +90,21 @@ TEST(LastingErrors, sigmaContainsWhatATurnedMountDoes) {
 }
 
 TEST(LastingErrors, takeTheSigmaOfEachAxisOfACalibratedRobot) {
-  ErrorProfile profile;
-  profile.gyroBias_rad_s = .05;
-  profile.values.gyroBiasSigma_rad_s = {1e-9, 1e-9, .01};
-  expectSigmaTells(profile, .01, {[](double) -> Twist {
-                     return {Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ()};
-                   }});
-  profile = {};
-  profile.mount_rad = .05;
-  profile.values.mountSigma_rad = {1e-9, .01, 1e-9};
-  expectSigmaTells(profile, .01, {[](double t) -> Twist {
-                     const Eigen::Vector3d e = Eigen::Vector3d::UnitY();
-                     return {e.cross(twistAt(t).linear), e.cross(twistAt(t).angular)};
-                   }});
+  const auto sigma = [](double bias, double mount, const ErrorProfile::Values& values) {
+    ErrorProfile profile;
+    profile.gyroBias_rad_s = bias;
+    profile.mount_rad = mount;
+    profile.values = values;
+    return after3s(profile, twistAt).estimate().sigma_chi;
+  };
+  ErrorProfile::Values each;
+  each.gyroBiasSigma_rad_s.setConstant(.01);
+  each.mountSigma_rad.setConstant(.02);
+  EXPECT_DOUBLE_EQ(sigma(.05, .05, each), sigma(.01, .02, {}));
+  each.gyroBiasSigma_rad_s.x() = .005;
+  EXPECT_LT(sigma(.05, .05, each), sigma(.01, .02, {}));
+  each.gyroBiasSigma_rad_s.x() = 0;  // not calibrated
+  EXPECT_GT(sigma(.05, .05, each), sigma(.01, .02, {}));
 }
 
 TEST(LastingErrors, sigmaContainsWhatALatencyDoes) {

@@ -9,6 +9,7 @@
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/observation/RunLog.h"
+#include "depthservo/target/DotTarget.h"
 
 namespace depthservo {
 
@@ -41,6 +42,9 @@ struct CalibrationOptions {
   std::size_t points = 10;  ///< those seen longest, at most
   /// A depth that was measured [m]: of this point at the end of the recording.
   std::optional<std::pair<int, double>> distance;
+  /// Else, what tells the scale: a target of known shape, whose points have the ids 0, 1, ... Fewer
+  /// than four: none.
+  DotTarget target;
 };
 
 /// The profile to start from: that of these options. Where they reckon with white noise alone it is

@@ -8,6 +8,13 @@
 
 namespace depthservo {
 
+/// How much a motion may differ from what its odometry says since the twist changed within rows, by
+/// mean squares that add up.
+struct WithinRows {
+  double t2 = 0;      ///< of each component of the translation [m^2]
+  double theta2 = 0;  ///< of each component of the rotation [rad^2]
+};
+
 /// What the camera's own motion does to a point of a still scene: p_now = R p_before + t.
 ///
 /// R (3x3, a rotation) and t (3, [m]) are the pose of the earlier camera frame in the later one, so
@@ -22,6 +29,7 @@ struct Motion {
   Eigen::Vector3d t = Eigen::Vector3d::Zero();  ///< [m]
   double dt = 0.0;                              ///< duration [s]
   double dt2 = 0.0;       ///< sum of the squared durations of its odometry rows [s^2]; scales noise
+  WithinRows within{};    ///< changes of the twist that its rows do not show
   UnknownPart unknown{};  ///< of dt; the camera stands still in it as far as R and t go
 
   /// Motion of a camera that keeps the twist for dt [s]: exact exponential, any angle.
@@ -34,12 +42,12 @@ struct Motion {
   /// A motion of which nothing is known, lasting `part.duration_s`.
   static Motion notKnown(const UnknownPart& part);
 
-  /// This motion, then `next`: p = next.R (R p + t) + next.t. Durations and what is
-  /// unknown add.
+  /// This motion, then `next`: p = next.R (R p + t) + next.t. Durations and what
+  /// is not known add.
   Motion then(const Motion& next) const;
 
   /// The motion back: `then(inverse())` is the identity with dt = 0. dt changes sign, dt2 and
-  /// what is unknown do not.
+  /// what is not known do not.
   Motion inverse() const;
 
   /// The constant twist that makes this motion in dt (logarithm of SE(3)); unique for rotations
@@ -49,6 +57,7 @@ struct Motion {
   bool isFinite() const {
     // No sum hides a NaN or an infinity.
     return std::isfinite((R.col(0) + R.col(1) + R.col(2) + t).sum() + (dt + dt2) +
+                         (within.t2 + within.theta2) +
                          (unknown.duration_s + unknown.distance_m + unknown.angle_rad));
   }
 

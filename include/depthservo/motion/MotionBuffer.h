@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "depthservo/motion/Motion.h"
+#include "depthservo/motion/OdometryRow.h"
 
 namespace depthservo {
 
@@ -27,10 +28,17 @@ inline bool hasMotion(Coverage coverage) { return coverage <= Coverage::refused;
 
 /// Timestamped odometry at any rate, and the camera motion between any two instants.
 ///
-/// A row (time, twist) holds until the next row's time. The newest row is valid for one median
-/// period of the rows at hand (`nominalPeriod_s` while there is only one). The motion over [t0, t1]
-/// is the product of exact exponentials, one for each row, the first and the last cut at the ends
-/// of the interval. Times share one clock with the images; any epoch.
+/// A row (time, twist) holds until the next row's time, unless `setMeaning` says otherwise. The
+/// newest row is valid for one median period of the rows at hand (`nominalPeriod_s` while there is
+/// only one). The motion over [t0, t1] is the product of exact exponentials, one for each row, the
+/// first and the last cut at the ends of the interval. Times share one clock with the images; any
+/// epoch.
+///
+/// Samples (`RowMeaning::instant`) are interpolated. Rows of `meanBefore` are lines with that mean
+/// that rise as much as the mean has risen from the row before. Of both, the newest says how the
+/// camera goes on until the next comes. How much the motion may
+/// differ from that, given how much the twist changes from row to row, is in `Motion::within`: a
+/// change by d at an unknown time in a period T.
 ///
 /// Rows more than four median periods and 0.04 s apart leave a hole: the first holds for one median
 /// period, and from there to the next row the motion is unknown (`Motion::unknown`). Likewise after
@@ -56,6 +64,9 @@ class MotionBuffer {
   /// From this time on [s] the motion is unknown, until the next row's time. Refused like `push`.
   /// \rtsafe
   bool pushUnknown(double time_s);
+
+  /// What the rows mean, from the first one on: to be said before it.
+  void setMeaning(RowMeaning meaning) { meaning_ = meaning; }
 
   const UnknownMotion& bounds() const { return bounds_; }
   void setBounds(const UnknownMotion& bounds) { bounds_ = bounds; }
@@ -86,6 +97,10 @@ class MotionBuffer {
   /// How long a row holds at most where the next one is late [s]: rows farther apart leave a hole.
   static double longestHold(double medianPeriod_s);
 
+  /// Whether rows say all they can of the motion up to this time [s]: they hold, or the newest is
+  /// not older. Else the next one will say more. \rtsafe
+  bool saysUntil(double time_s) const;
+
   /// End of the validity of the newest row [s]; meaningless when empty. \rtsafe
   double end() const;
 
@@ -115,6 +130,11 @@ class MotionBuffer {
   double longestHold() const;
   double knownUntil(std::size_t i) const;
   Known known(double t0_s, double t1_s) const;
+  bool isFollowed(std::size_t i) const;
+  Motion partOf(std::size_t i, double from_s, double to_s) const;
+  WithinRows within(std::size_t i, double from_s, double to_s) const;
+  Vector6d changeIn(std::size_t i) const;
+  Twist twistIn(std::size_t i, double from_s, double to_s) const;
   std::size_t rowAt(double time_s) const;
   template <class Part>
   void forEachPart(double t0_s, double t1_s, const Part& part) const;
@@ -123,6 +143,7 @@ class MotionBuffer {
   std::vector<double> sortedPeriods_;  // between consecutive rows at hand
   std::size_t first_ = 0, size_ = 0, refused_ = 0;
   double nominalPeriod_s_;
+  RowMeaning meaning_ = RowMeaning::hold;
   UnknownMotion bounds_;
 };
 

@@ -69,6 +69,9 @@ struct OdometryNoise {
       step.rho = t2 > 0 ? std::clamp(1 - deadBand * deadBand * step.variance_t / t2, 0., 1.) : 0.;
       step.bias_variance = step.rho * step.variance_t;
     }
+    // What the truth varies by around the rows biases nothing: it is not in what they say.
+    step.variance_t += motion.within.t2;
+    step.variance_theta += motion.within.theta2;
     return step;
   }
 };

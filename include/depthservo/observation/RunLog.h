@@ -11,6 +11,7 @@
 
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/depth/ConsistencyMonitor.h"
+#include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/depth/JointDepthFilter.h"
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/Twist.h"
@@ -115,6 +116,7 @@ struct RunLog {
   std::vector<std::string> commandNames;  ///< "v [m/s]", "w [rad/s]"
   std::vector<FrameRecord> frames;
   std::vector<Event> events;
+  RowMeaning rows = RowMeaning::hold;        ///< of the odometry
   std::vector<OdometryRow> odometry;         ///< as the estimator was told; of a replay
   std::optional<FrameRateReport> frameRate;  ///< with the estimator `pose` only
 
@@ -127,6 +129,9 @@ struct RunLog {
   bool isDepthObserved = true;   ///< false: depths are guesses that are kept (estimator `constant`)
   bool isTruthOfMotion = false;  ///< true depths are of the very pose that tells the motion: they
                                  ///< show agreement with it, not accuracy
+
+  std::string profile;                 ///< of the robot's errors that was in force, by its word
+  std::optional<ErrorProfile> errors;  ///< its values; none: white noise alone
 
   std::optional<RunDiagnosis> diagnosis;  ///< none: not judged
   std::optional<JointStates> joint;       ///< of the joint filter only

@@ -7,6 +7,7 @@
 
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/motion/OdometryNoise.h"
+#include "depthservo/motion/OdometryRow.h"
 #include "depthservo/robots/RobotOptions.h"
 #include "depthservo/target/TargetOptions.h"
 #include "depthservo/text/Refuse.h"
@@ -97,6 +98,7 @@ struct OdometryOptions {
   double gyro_noise = 0;  ///< 1 sigma per row and axis, white [rad/s]; not in declaredNoise()
   double rate = 30;       ///< rows per second [Hz]
   OdometryMode mode = OdometryMode::measured;
+  RowMeaning rows = RowMeaning::hold;
   double ticks = 0;          ///< resolution of the wheel encoders [m]; 0: perfect
   double wheel_base = 0.36;  ///< distance between the wheels [m]
 

@@ -17,7 +17,8 @@ class FreeCamera : public SimulatedRobot {
   /// \param velocity greatest |v| of each axis [m/s] \param turnRate of each axis [rad/s]
   void setLimits(double velocity, double turnRate);
 
-  Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
+  void accelerate(const Eigen::VectorXd& command, double dt) override;
+  void move(double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
   Eigen::VectorXd velocityLimits() const override { return limits_; }
   std::vector<std::string> velocityNames() const override {

@@ -49,7 +49,8 @@ class MobileManipulator : public SimulatedRobot {
   /// Greatest |v| [m/s], |w|, |q1'|, |q2'|, |q3'| [rad/s]; infinite by default.
   void setLimits(const Vector5d& limits) { limits_ = limits; }
 
-  Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
+  void accelerate(const Eigen::VectorXd& command, double dt) override;
+  void move(double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
   Eigen::VectorXd velocityLimits() const override { return limits_; }
   std::vector<std::string> velocityNames() const override;

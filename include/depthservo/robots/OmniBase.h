@@ -28,7 +28,8 @@ class OmniBase : public SimulatedRobot {
   /// Greatest |vx|, |vy| [m/s] and |w| [rad/s].
   void setLimits(const Eigen::Vector3d& limits) { limits_ = limits; }
 
-  Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
+  void accelerate(const Eigen::VectorXd& command, double dt) override;
+  void move(double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
   Eigen::VectorXd velocityLimits() const override { return limits_; }
   std::vector<std::string> velocityNames() const override {

@@ -51,7 +51,8 @@ class PanUnicycle : public SimulatedRobot {
 
   void setLimits(const PanUnicycleLimits& limits) { limits_ = limits; }
 
-  Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
+  void accelerate(const Eigen::VectorXd& command, double dt) override;
+  void move(double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
   Eigen::VectorXd velocityLimits() const override { return limits_.velocity; }
   std::vector<std::string> velocityNames() const override {

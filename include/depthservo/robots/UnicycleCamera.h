@@ -43,7 +43,8 @@ class UnicycleCamera : public SimulatedRobot {
   /// Slip: velocities (v, w) added to what the actuators do, from now on.
   void setDisturbance(const Eigen::Vector2d& disturbance) { disturbance_ = disturbance; }
 
-  Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) override;
+  void accelerate(const Eigen::VectorXd& command, double dt) override;
+  void move(double dt) override;
   Eigen::VectorXd velocity() const override { return velocity_; }
   Eigen::VectorXd velocityLimits() const override { return Eigen::Vector2d(limits_.v, limits_.w); }
   std::vector<std::string> velocityNames() const override { return {"v [m/s]", "w [rad/s]"}; }

@@ -89,6 +89,7 @@ struct SequenceTarget {
   /// Natural corners by the image in which they were shown; null: none.
   std::shared_ptr<const TaughtImage> taught{};
   ReplaySection replay{};
+  std::optional<RowMeaning> rows{};  ///< what the rows of odometry mean; none: nothing is said
 };
 
 /// `target`, `dots` and `replay` of a file with the keys of sequence.yaml. Throws InputError; so it
@@ -140,7 +141,7 @@ class Sequence {
   const ReplaySection& replaySection() const { return replay_; }
 
   /// All of these in one, and what was taught.
-  SequenceTarget seen() const { return {target_, tags_, dots_, taught_, replay_}; }
+  SequenceTarget seen() const { return {target_, tags_, dots_, taught_, replay_, rowMeaning_}; }
 
   /// How the times of the images and those of the odometry, or of the poses when there is none, fit
   /// together; empty when there are neither. (That they do not overlap at all is refused.)
@@ -180,6 +181,7 @@ class Sequence {
   PinholeCamera camera_;
   std::vector<SequenceFrame> frames_;
   std::vector<OdometryRow> odometry_;
+  std::optional<RowMeaning> rowMeaning_;
   std::vector<CameraPose> poses_;
   std::vector<ListedImage> depthImages_;
   double depthScale_ = 5000;

@@ -38,6 +38,9 @@ class TwistStream {
   /// more. (A pipe may get a new writer.)
   bool isEnded() const;
 
+  /// Whether it is a file on disk, no pipe and no socket.
+  bool isFile() const;
+
   /// Whether a signal cut the last wait short.
   bool wasInterrupted() const;
 

@@ -72,7 +72,7 @@ function knownTo(Z, sigma_Z) {
 }
 
 function showFigures() {
-  const list = byId('figures'), m = run.metrics;
+  const list = byId('figures'), m = run.metrics, errors = run.robot_errors;
   const rows = [
     ['duration', `${figure(m.duration_s)} s, ${m.frames} frames`],
     ['image error', isKnown(m.final_error_px)
@@ -88,6 +88,8 @@ function showFigures() {
     ['longest gap', m.max_gap_s > 0 ? figure(m.max_gap_s, 3) + ' s' : 'none'],
     ['smallest distance to the border', isKnown(m.min_border_px)
       ? figure(m.min_border_px, 3) + ' px' + (m.all_in_image ? '' : ' (outside the image)') : null],
+    ['errors of the robot that were allowed for', errors && errors.profile ? (errors.considered
+      ? `profile ${errors.profile}; its sizes stand under Effective configuration` : 'white noise alone') : null],
     ['images against odometry', run.diagnosis && run.diagnosis.cause === 'none' ? run.diagnosis.message : null],
     ...((run.joint && run.joint.words) || []).map(words => ['joint filter', words]),
     ['seed', run.seed],
@@ -442,7 +444,8 @@ byId('whole').onclick = () => zoomTo(time[0], time[time.length - 1]);
 if (data.bucket > 1) {
   byId('thinned').textContent = ` · thinned: every two points of a curve are the extremes of ${data.bucket} images`;
 }
-byId('configuration').textContent = JSON.stringify(run.configuration, null, 2);
+byId('configuration').textContent =
+  JSON.stringify({...run.configuration, ...(run.robot_errors && {robot_errors: run.robot_errors})}, null, 2);
 byId('origin').textContent = (data.start !== 0 ? `Time 0 is ${data.start} s. ` : '') +
   Object.entries(run.versions).map(([name, version]) => `${name} ${version}`).join(', ') + '.';
 })();
