@@ -9,34 +9,34 @@
 namespace depthservo::test {
 namespace {
 
-const std::string kFourDots = data("scenarios/unicycle-4dots.yaml");
+const std::string kScenario = data("scenarios/unicycle-4dots.yaml");
 
 TEST(Arguments, none_names_the_subcommands) {
   expectRefused(depthservo(""), {"run", "replay", "record", "depthservo --help"});
 }
 
 TEST(Arguments, a_misspelt_subcommand_suggests_the_nearest) {
-  expectRefused(depthservo("rnu " + kFourDots), {"'rnu'", "'run'"});
+  expectRefused(depthservo("rnu " + kScenario), {"'rnu'", "'run'"});
 }
 
 TEST(Arguments, a_misspelt_option_suggests_the_nearest) {
-  expectRefused(depthservo("run " + kFourDots + " --jsn"), {"'--jsn'", "'--json'"});
+  expectRefused(depthservo("run " + kScenario + " --jsn"), {"'--jsn'", "'--json'"});
   expectRefused(depthservo("--hlep"), {"'--hlep'", "'--help'"});
 }
 
 TEST(Arguments, a_key_of_the_scenario_is_no_option_but_has_one) {
-  expectRefused(depthservo("run " + kFourDots + " --estimator joint"),
+  expectRefused(depthservo("run " + kScenario + " --estimator joint"),
                 {"'--estimator'", "--set depth.estimator=joint"});
-  expectRefused(depthservo("run " + kFourDots + " --seed=3"), {"--set seed=3"});
-  expectRefused(depthservo("record " + kFourDots + " x --pixel-noise 0.4"),
+  expectRefused(depthservo("run " + kScenario + " --seed=3"), {"--set seed=3"});
+  expectRefused(depthservo("record " + kScenario + " x --pixel-noise 0.4"),
                 {"--set sensing.pixel_noise=0.4"});
 }
 
 TEST(Arguments, a_value_too_many_names_the_option_and_what_it_takes) {
-  expectRefused(depthservo("run " + kFourDots + " --set seed=1 duration=2"),
+  expectRefused(depthservo("run " + kScenario + " --set seed=1 duration=2"),
                 {"'duration=2'", "--set takes KEY=VALUE", "repeat --set"});
   expectRefused(depthservo("replay somewhere --prior 3 0.1"), {"'0.1'", "--prior takes Z[:SIGMA]"});
-  expectRefused(depthservo("run " + kFourDots + " other.yaml"), {"'other.yaml'", "too many"});
+  expectRefused(depthservo("run " + kScenario + " other.yaml"), {"'other.yaml'", "too many"});
 }
 
 TEST(Arguments, a_misspelt_word_is_told_the_nearest) {
@@ -56,7 +56,7 @@ TEST(Scenarios, are_found_by_the_name_they_are_shipped_under) {
   const std::string rest = " --json --set duration=0.5 --set expect=null";
   const Result byName = depthservo("run unicycle-4dots" + rest, inTree);
   ASSERT_EQ(byName.exitCode, 0) << byName.err;
-  EXPECT_EQ(byName.out, depthservo("run " + kFourDots + rest).out);
+  EXPECT_EQ(byName.out, depthservo("run " + kScenario + rest).out);
   EXPECT_EQ(depthservo("run deluca2008/depth" + rest, inTree).exitCode, 0);
   expectRefused(depthservo("run unicycle-4dotz", inTree), {"'unicycle-4dots'"});
   expectRefused(depthservo("compare unicycle-4dotz", inTree), {"'unicycle-4dots'"});
@@ -85,7 +85,7 @@ class BadScenario : public testing::TestWithParam<Overridden> {};
 TEST_P(BadScenario, is_refused_with_the_key_and_nothing_is_written) {
   const TemporaryFolder folder;
   const std::string out = folder / "run";
-  expectRefused(depthservo("run " + kFourDots + " --json --out " + out + " --set '" +
+  expectRefused(depthservo("run " + kScenario + " --json --out " + out + " --set '" +
                            GetParam().setting + "'"),
                 {"unicycle-4dots.yaml", GetParam().words});
   EXPECT_TRUE(folder.isEmpty());
@@ -118,15 +118,15 @@ TEST(BadScenarioFile, that_is_missing_or_binary_or_a_folder_is_refused) {
 TEST(OutFolder, that_exists_or_cannot_be_made_is_refused_before_the_run) {
   const TemporaryFolder folder;
   folder.write("keep.txt", "mine");
-  expectRefused(depthservo("run " + kFourDots + " --out " + folder.path().string()), {"exists"});
+  expectRefused(depthservo("run " + kScenario + " --out " + folder.path().string()), {"exists"});
   EXPECT_EQ(folder.read("keep.txt"), "mine");
-  expectRefused(depthservo("run " + kFourDots + " --out /proc/nowhere/run"), {"/proc/nowhere"});
+  expectRefused(depthservo("run " + kScenario + " --out /proc/nowhere/run"), {"/proc/nowhere"});
 }
 
 TEST(View, without_a_display_is_refused) {
   const TemporaryFolder folder;
   const std::string out = folder / "run";
-  expectRefused(depthservo("run " + kFourDots + " --view --out " + out, "DISPLAY= "), {"display"});
+  expectRefused(depthservo("run " + kScenario + " --view --out " + out, "DISPLAY= "), {"display"});
   EXPECT_TRUE(folder.isEmpty());
 }
 
@@ -139,7 +139,7 @@ TEST(Report, of_a_folder_that_is_no_run_is_refused) {
 /// A recorded sequence that each test damages.
 class BadSequence : public testing::Test {
  protected:
-  void SetUp() override { record(kFourDots + " --set duration=0.3 --set expect=null", path()); }
+  void SetUp() override { record(kScenario + " --set duration=0.3 --set expect=null", path()); }
   std::string path() const { return folder_ / "sequence"; }
   void replace(const std::string& file, const std::string& from, const std::string& to) const {
     std::string text = folder_.read("sequence/" + file);

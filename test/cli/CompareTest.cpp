@@ -165,10 +165,10 @@ TEST(Compare, writes_a_folder_with_the_same_bytes_but_for_the_times) {
   EXPECT_EQ(curves.count("error_filter") + curves.count("error_limit"), 2u);
 }
 
-struct Refusal {
+struct RefusedCompare {
   const char *name, *arguments, *word;
 };
-class CompareRefuses : public testing::TestWithParam<Refusal> {};
+class CompareRefuses : public testing::TestWithParam<RefusedCompare> {};
 
 TEST_P(CompareRefuses, with_one_line_and_nothing_written) {
   const TemporaryFolder folder;
@@ -191,13 +191,13 @@ const std::string kSetOnSequence = data("sequences/mire-2") + " --set seed=2";
 
 INSTANTIATE_TEST_SUITE_P(
     Input, CompareRefuses,
-    testing::Values(Refusal{"unknown_estimator", kUnknownName.c_str(), "magic"},
-                    Refusal{"truth_as_estimator", kTold.c_str(), "true"},
-                    Refusal{"time_beyond_the_data", kLate.c_str(), "--times"},
-                    Refusal{"prior_of_a_scenario", kPrior.c_str(), "--prior"},
-                    Refusal{"motion_of_a_scenario", kMotion.c_str(), "--motion"},
-                    Refusal{"missing_file", kNoFile.c_str(), "none.yaml"},
-                    Refusal{"override_of_a_sequence", kSetOnSequence.c_str(), "--set"}),
+    testing::Values(RefusedCompare{"unknown_estimator", kUnknownName.c_str(), "magic"},
+                    RefusedCompare{"truth_as_estimator", kTold.c_str(), "true"},
+                    RefusedCompare{"time_beyond_the_data", kLate.c_str(), "--times"},
+                    RefusedCompare{"prior_of_a_scenario", kPrior.c_str(), "--prior"},
+                    RefusedCompare{"motion_of_a_scenario", kMotion.c_str(), "--motion"},
+                    RefusedCompare{"missing_file", kNoFile.c_str(), "none.yaml"},
+                    RefusedCompare{"override_of_a_sequence", kSetOnSequence.c_str(), "--set"}),
     [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kQuick = data("scenarios/unicycle-4dots.yaml") +
+const std::string kQuickRun = data("scenarios/unicycle-4dots.yaml") +
                            " --set sensing.source=geometry --set expect=null --set duration=5";
 
 std::string shellQuoted(const std::string& text) {
@@ -28,7 +28,7 @@ std::string shellQuoted(const std::string& text) {
 TEST(Names, of_folders_are_never_executed) {
   const TemporaryFolder place;
   const std::string sequence = place / "sequence";
-  record(kQuick, sequence);
+  record(kQuickRun, sequence);
   place.write("sequence/sequence.yaml", "replay: {prior: 3}\n");
   int n = 0;
   for (const std::string folder :
@@ -110,7 +110,7 @@ TEST(Replay, by_the_targets_own_motion_speaks_of_agreement_and_gives_no_coverage
 }
 
 TEST(Run, of_constant_depths_says_that_they_are_given_and_nothing_of_excitation) {
-  const Result result = depthservo("run " + kQuick + " --set depth.estimator=constant --json");
+  const Result result = depthservo("run " + kQuickRun + " --set depth.estimator=constant --json");
   const nlohmann::json json = result.json();
   EXPECT_EQ(json["observes_depth"], false);
   for (const auto& point : json["points"]) {

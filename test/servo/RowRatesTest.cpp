@@ -71,10 +71,11 @@ TEST_P(RowRates, leaveDepthsAsGoodAsWithRowsOnImages) {
   EXPECT_LE(coverage, .995);
 }
 
-// A sample says nothing of what happens until the next: its price is accuracy.
+// A mean that an image cuts says less of its parts, a sample nothing of what happens until the next:
+// the price is accuracy, not honesty.
 INSTANTIATE_TEST_SUITE_P(All, RowRates,
-                         testing::Values(Limits{"hold", .9, 2, 0}, Limits{"mean-before", .9, 2, 29},
-                                         Limits{"instant", .85, 20, 29}),
+                         testing::Values(Limits{"hold", .9, 2, 0}, Limits{"mean-before", .9, 3, 29},
+                                         Limits{"instant", .8, 10, 29}),
                          [](const auto& limits) {
                            std::string name = limits.param.rows;
                            name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
