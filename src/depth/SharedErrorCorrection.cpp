@@ -86,11 +86,8 @@ SharedErrorFilter::Seen SharedErrorFilter::seen(const Slot& slot) const {
     seen.point -= rate * values_(jitter_);
   }
   const ErrorProfile& e = options_.errors;
-  const GaussMarkov pose{1, e.poseTau_s};
-  const double white = dt_ > 0 ? pose.asWhite(dt_) : 1;
-  seen.byPose =
-      white * (e.position_m * e.position_m * L.leftCols<3>() * L.leftCols<3>().transpose() +
-               e.angle_rad * e.angle_rad * L.rightCols<3>() * L.rightCols<3>().transpose());
+  seen.byPose = position_.asWhite(dt_) * L.leftCols<3>() * L.leftCols<3>().transpose() +
+                angle_.asWhite(dt_) * L.rightCols<3>() * L.rightCols<3>().transpose();
   seen.point += rate * (e.readout_s * (options_.rowScale * p.y + options_.rowOffset));
   return seen;
 }
@@ -109,6 +106,13 @@ void SharedErrorFilter::start(Slot& slot, const PointMeasurement& measurement,
   p.xx += more(0, 0);
   p.xy += more(1, 0);
   p.yy += more(1, 1);
+  slot.noise = dt_ > 0 ? noiseOf(slot) : 0;  // in the first image it is not known yet
+}
+
+/// Of a measurement of the point, as white noise, mean of both axes.
+double SharedErrorFilter::noiseOf(const Slot& slot) const {
+  return slot.point.r +
+         0.5 * othersAsNoise(seen(slot), options_.errors.wander_px.asWhite(dt_)).trace();
 }
 
 /// Covariance of a measurement by what a point alone has no state for.

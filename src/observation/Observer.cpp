@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "depthservo/depth/NoiseLearner.h"
 #include "depthservo/tracking/TargetPose.h"
 #include "observation/FrameRateMonitor.h"
 #include "observation/ObserverSetup.h"
@@ -48,6 +49,10 @@ struct Observer::Parts {
                         setup.estimator.depth.range(), jointStatesOf(*estimator),
                         sharedErrorsOf(setup.estimator));
     }
+    if (setup.learnsNoise) {
+      learner.emplace(std::max(setup.capacity, setup.ids.size()), *setup.estimator.errors,
+                      setup.pixelNoise_px, setup.camera.focal_px());
+    }
     if (setup.tags) tags.emplace(*setup.tags, setup.camera);
     for (const int id : setup.ids) estimator->setPrior(id, setup.prior);
     observations.reserve(std::max(setup.capacity, setup.ids.size()));
@@ -61,6 +66,7 @@ struct Observer::Parts {
   void renewPoints(const std::vector<TrackedPoint>& points);
   void observe(const std::vector<TrackedPoint>& points);
   void correct(const Exposure& exposure);
+  void learnNoise(double time_s);
   void giveUpMovingPoints();
   void update(double time_s, const std::vector<TrackedPoint>& points);
   void noteCoverage(double time_s, Coverage coverage);
@@ -80,6 +86,7 @@ struct Observer::Parts {
   std::optional<SelfDiagnosis> diagnosis;  // none where images would be judged by themselves, nor
                                            // of a known target, which may move
   std::optional<TagSizeMonitor> tags;
+  std::optional<NoiseLearner> learner;
   std::map<int, int> rejections;  // by id, weighted, less those accepted
   std::map<int, bool> wasMeasured;
   std::vector<double> trackingTimes, estimationTimes;  // by image [s]
@@ -122,6 +129,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   if (!isUsed) points.clear();
   p.observe(points);
   if (isUsed) p.correct(exposure);
+  if (isUsed && p.learner) p.learnNoise(time_s);
   if (p.setup.findsPoints()) p.giveUpMovingPoints();
   p.estimationTimes.push_back(stopwatch.lap());
   if (isUsed) p.update(time_s, points);
@@ -178,9 +186,10 @@ std::optional<TargetPose::Result> Observer::Parts::followTarget(
 /// In normalised coordinates.
 void Observer::Parts::observe(const std::vector<TrackedPoint>& points) {
   observations.clear();
+  const double factor = learner && !setup.isPixelNoiseGiven ? learner->pixelFactor() : 1;
   for (const TrackedPoint& point : points) {
     const Eigen::Vector2d s = setup.camera.normalise(point.u, point.v);
-    const double sigma = point.sigma_px / setup.camera.focal_px(s.x(), s.y());
+    const double sigma = factor * point.sigma_px / setup.camera.focal_px(s.x(), s.y());
     observations.push_back({point.id, {s.x(), s.y(), sigma}});
   }
 }
@@ -192,6 +201,13 @@ void Observer::Parts::correct(const Exposure& exposure) {
     const DepthPrior told{point.Z, kToldSigma_Z / (point.Z * point.Z)};
     if (told.isUsable()) estimator->correctDepth(point.id, told);
   }
+}
+
+/// What this image tells of the noise, for the next one.
+void Observer::Parts::learnNoise(double time_s) {
+  learner->observe(odometry.motion(lastTime_s, time_s).motion, observations, *estimator);
+  estimator->setNoise(learner->noise());
+  if (getenv("DBG")) { learner->print(); }
 }
 
 /// What the monitors have to say of this image.
@@ -325,6 +341,7 @@ void Observer::finish(RunLog& log) {
   if (p.diagnosis) log.diagnosis = p.diagnosis->result();
   p.judgeRange(log);
   log.joint = jointStatesOf(*p.estimator);
+  if (p.learner && p.learner->isLearnt()) log.noise = p.learner->noise();
   log.frameRate = p.frameRate.report();
   if (p.tags) log.tags = p.tags->results();
   log.isDepthObserved = p.setup.estimator.depth.estimator != EstimatorKind::constant;

@@ -90,6 +90,7 @@ function showFigures() {
       ? figure(m.min_border_px, 3) + ' px' + (m.all_in_image ? '' : ' (outside the image)') : null],
     ['images against odometry', run.diagnosis && run.diagnosis.cause === 'none' ? run.diagnosis.message : null],
     ...((run.joint && run.joint.words) || []).map(words => ['joint filter', words]),
+    ['noise, learnt', run.noise ? run.noise.words : null],
     ['seed', run.seed],
   ];
   for (const [name, value] of rows) {
