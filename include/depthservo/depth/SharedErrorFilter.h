@@ -41,7 +41,8 @@ struct SharedErrorFilterOptions {
 ///
 /// L the derivative of d(x, y, chi)/dt by the twist. What is not in the profile is not in the
 /// state. An error e of the image's pose enters the noise as L cov(e) L': it is common to the
-/// points, but while their depths are vague they would learn it with too much confidence. The
+/// points, but while their depths are vague they would learn it with too much confidence. A part
+/// that lasts counts the more the longer the point has been seen. The
 /// points stand where they are at the exposure, t_d before the stamp: an error of t_d shows only
 /// where the twist changes, and a point that starts needs no correlation with it.
 ///
@@ -115,7 +116,8 @@ class SharedErrorFilter : public PointSetEstimator {
     detail::FilterPoint point;  // covariance: of what is not shared; at a place it is in P_
     ByConstants A;              // d(error of x, y, chi) by the shared constants; not at a place
     Eigen::Vector2d wander = Eigen::Vector2d::Zero();  // at a place
-    double noise = 0;  // variance of a measurement with which the point has come to its covariance
+    double first_s = 0;  // when it was seen first
+    double noise = 0;    // variance of a measurement with which the point has come to its covariance
   };
   /// A measurement as predicted, and its derivative by the shared states.
   struct Seen {
