@@ -29,9 +29,12 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 }  // namespace
 
-NoiseLearner::NoiseLearner(std::size_t capacity, const ErrorProfile& profile, double white_px,
-                           double focal_px)
-    : profile_(MeasurementNoise::of(profile)), focal_px_(focal_px) {
+NoiseLearner::NoiseLearner(std::size_t capacity, const SharedErrorFilterOptions& options,
+                           double white_px)
+    : profile_(MeasurementNoise::of(options.errors)),
+      focal_px_(options.focal_px),
+      rowScale_s_(options.errors.readout_s * options.rowScale),
+      rowOffset_s_(options.errors.readout_s * options.rowOffset) {
   profile_.pixel_px.white = white_px;
   for (Snapshot& snapshot : snapshots_) snapshot.points.reserve(capacity);
   now_.reserve(capacity);
@@ -50,10 +53,14 @@ void NoiseLearner::observe(const Motion& motion, const std::vector<PointObservat
                            const PointSetEstimator& estimator) {
   now_.clear();
   sizes_.clear();
+  const Vector6d twist = motion.isUsable() ? motion.twist().vector() : Vector6d::Zero().eval();
   for (const PointObservation& o : observations) {
     if (!o.measurement.isUsable() || now_.size() == now_.capacity()) continue;
     const DepthEstimate e = estimator.estimate(o.id);
-    now_.push_back({o.id, o.measurement.x, o.measurement.y, o.measurement.sigma, e.chi,
+    const double late_s = rowScale_s_ * o.measurement.y + rowOffset_s_;
+    const Eigen::Vector3d by =
+        late_s * rateByTwist({o.measurement.x, o.measurement.y, e.chi}) * twist;
+    now_.push_back({o.id, o.measurement.x - by.x(), o.measurement.y - by.y(), e.chi,
                     e.sigma_chi * e.sigma_chi});
     sizes_.push_back(o.measurement.sigma);
   }
@@ -206,11 +213,4 @@ void NoiseLearner::renewFactor(double sigma) {
   factor_ = std::clamp(white / told, 1 / kMost, kMost);
 }
 
-#include <cstdio>
-void NoiseLearner::print() const {
-  const auto n = noise();
-  fprintf(stderr, "DBG pos %.4f+%.4f ang %.5f+%.5f px %.3f+%.3f f %.2f pairs %zu |", n.position_m.white, n.position_m.lasting.sigma, n.angle_rad.white, n.angle_rad.lasting.sigma, n.pixel_px.white, n.pixel_px.lasting.sigma, factor_, pairs_.size());
-  for (auto& l : levels_) fprintf(stderr, " %d: %.2f s %.1fmm %.2fmrad %.2fpx;", l.images, l.lag_s, 1e3*sqrt(l.position/2), 1e3*sqrt(l.angle/2), focal_px_*sqrt(l.pixel/2));
-  fprintf(stderr, "\n");
-}
 }  // namespace depthservo

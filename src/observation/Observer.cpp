@@ -50,8 +50,8 @@ struct Observer::Parts {
                         sharedErrorsOf(setup.estimator));
     }
     if (setup.learnsNoise) {
-      learner.emplace(std::max(setup.capacity, setup.ids.size()), *setup.estimator.errors,
-                      setup.pixelNoise_px, setup.camera.focal_px());
+      learner.emplace(std::max(setup.capacity, setup.ids.size()), *sharedErrorsOf(setup.estimator),
+                      setup.pixelNoise_px);
     }
     if (setup.tags) tags.emplace(*setup.tags, setup.camera);
     for (const int id : setup.ids) estimator->setPrior(id, setup.prior);
@@ -207,7 +207,6 @@ void Observer::Parts::correct(const Exposure& exposure) {
 void Observer::Parts::learnNoise(double time_s) {
   learner->observe(odometry.motion(lastTime_s, time_s).motion, observations, *estimator);
   estimator->setNoise(learner->noise());
-  if (getenv("DBG")) { learner->print(); }
 }
 
 /// What the monitors have to say of this image.

@@ -76,7 +76,7 @@ Result observe(const World& world, unsigned seed) {
   options.errors.focal = 0;
   options.focal_px = kFocal_px;
   SeparatePoints estimator(SharedErrorFilter(1, options, DepthPrior{2}), kPoints, DepthPrior{2});
-  NoiseLearner learner(kPoints, options.errors, world.told_px, kFocal_px);
+  NoiseLearner learner(kPoints, options, world.told_px);
   MotionBuffer motion(1000);
   std::vector<PointObservation> seen;
   Result result;
@@ -207,7 +207,9 @@ TEST(NoiseLearner, makesDepthsHonestThatAProfileLeavesFarTooSure) {
 }
 
 TEST(NoiseLearner, keepsTheProfileWithoutEvidence) {
-  NoiseLearner learner(8, ErrorProfile::poses(), 0.5, kFocal_px);
+  SharedErrorFilterOptions options;
+  options.errors = ErrorProfile::poses();
+  NoiseLearner learner(8, options, 0.5);
   const SharedErrorFilter estimator(8);
   for (int k = 0; k < 100; ++k) {
     learner.observe(Motion::fromTwist({}, kPeriod_s), {{0, {0, 0, 0.001}}}, estimator);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "depthservo/depth/MeasurementNoise.h"
-#include "depthservo/depth/PointSetEstimator.h"
+#include "depthservo/depth/SharedErrorFilter.h"
 
 namespace depthservo {
 
@@ -37,10 +37,9 @@ namespace depthservo {
 class NoiseLearner {
  public:
   /// \param capacity greatest number of points in an image
-  /// \param profile where it begins
-  /// \param white_px of the pixels, likewise \param focal_px turns pixels into normalised
-  /// coordinates
-  NoiseLearner(std::size_t capacity, const ErrorProfile& profile, double white_px, double focal_px);
+  /// \param options as of the filter: where it begins, the focal length, the shutter
+  /// \param white_px of the pixels, where it begins
+  NoiseLearner(std::size_t capacity, const SharedErrorFilterOptions& options, double white_px);
 
   /// \param motion since the last image; not usable: everything before is forgotten
   /// \param observations in ascending order of id, others are left out; their sigma is what was
@@ -56,14 +55,13 @@ class NoiseLearner {
   double pixelFactor() const { return factor_; }
   /// Whether enough images have been compared.
   bool isLearnt() const;
-  void print() const;
 
  private:
   static constexpr std::size_t kLags = 6, kKept = std::size_t{1} << (kLags - 1);
 
   struct Seen {
     int id;
-    double x, y, sigma, chi, variance_chi;
+    double x, y, chi, variance_chi;  // without what the shutter does
   };
   struct Snapshot {
     Motion since;
@@ -91,7 +89,7 @@ class NoiseLearner {
   NoiseLevel fitted(double Level::*square, const NoiseLevel& profile) const;
 
   MeasurementNoise profile_;
-  double focal_px_;
+  double focal_px_, rowScale_s_, rowOffset_s_;
   std::array<Snapshot, kKept> snapshots_;  // of the latest images, in a ring
   std::size_t latest_ = 0, kept_ = 0;
   std::array<Level, kLags> levels_;
