@@ -12,15 +12,15 @@
 namespace depthservo {
 namespace {
 
-constexpr double kTau_s = 0.5;     // of what lasts, where the profile says nothing
+constexpr double kTau_s = 0.5;      // of what lasts, where the profile says nothing
 constexpr int kProfile = 3;         // the more, the longer the profile counts
 constexpr int kMemory = 200;        // comparisons that are averaged, the latest most
-constexpr int kLeast = 8;          // comparisons with the image before to have learnt
-constexpr std::size_t kFewest = 6;   // points of a comparison
+constexpr int kLeast = 8;           // comparisons with the image before to have learnt
+constexpr std::size_t kFewest = 6;  // points of a comparison
 constexpr std::size_t kMostPairs = 64;
 constexpr int kIterations = 4;
-constexpr double kHuber = 1.5;        // in sigma of both axes
-constexpr double kMostGrowth = 9;     // of a level by one image: a wrong one is no noise
+constexpr double kHuber = 1.5;              // in sigma of both axes
+constexpr double kMostGrowth = 9;           // of a level by one image: a wrong one is no noise
 constexpr double kMedianOfSquares = 1.386;  // of two axes, of variance 1
 constexpr double kMedianToSigma = 1.4826;
 
@@ -73,7 +73,13 @@ void NoiseLearner::observe(const Motion& motion, const std::vector<PointObservat
   }
   for (std::size_t lag = 0; lag < kLags; ++lag) {
     const std::size_t back = std::size_t{1} << lag;
-    if (back <= kept_) compare(snapshots_[(latest_ + back - 1) % kKept], lag);
+    if (back > kept_) continue;
+    Level& level = levels_[lag];
+    if (lag > 0 && level.images == 0) {  // what is known of a shorter time is better than nothing
+      const Level& shorter = levels_[lag - 1];
+      level = {0, shorter.position, shorter.angle, shorter.pixel, 0};
+    }
+    compare(snapshots_[(latest_ + back - 1) % kKept], level);
   }
   latest_ = (latest_ + kKept - 1) % kKept;
   kept_ = std::min(kept_ + 1, kKept);
@@ -107,11 +113,9 @@ void NoiseLearner::match(const Snapshot& then) {
   }
 }
 
-void NoiseLearner::compare(const Snapshot& then, std::size_t lag) {
+void NoiseLearner::compare(const Snapshot& then, Level& level) {
   match(then);
   if (pairs_.size() < kFewest) return;
-  Level& level = levels_[lag];
-  if (lag > 0 && level.images == 0) level = {0, levels_[lag - 1].position, levels_[lag - 1].angle, levels_[lag - 1].pixel, 0};
   Vector6d prior;
   prior << Eigen::Vector3d::Constant(1 / level.position),
       Eigen::Vector3d::Constant(1 / level.angle);

@@ -101,9 +101,8 @@ SharedErrorFilter::Seen SharedErrorFilter::seen(const Slot& slot) const {
   }
   const ErrorProfile& e = options_.errors;
   const double age_s = time_s_ - slot.first_s;
-  seen.byPose =
-      asWhite(position_, dt_, age_s) * L.leftCols<3>() * L.leftCols<3>().transpose() +
-      asWhite(angle_, dt_, age_s) * L.rightCols<3>() * L.rightCols<3>().transpose();
+  seen.byPose = asWhite(position_, dt_, age_s) * L.leftCols<3>() * L.leftCols<3>().transpose() +
+                asWhite(angle_, dt_, age_s) * L.rightCols<3>() * L.rightCols<3>().transpose();
   seen.point += rate * (e.readout_s * (options_.rowScale * p.y + options_.rowOffset));
   return seen;
 }

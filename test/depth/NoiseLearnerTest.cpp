@@ -1,11 +1,10 @@
 // Whether the noise of pixels and of poses is learnt, in a world that is simulated here.
-#include "depthservo/depth/NoiseLearner.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <memory>
 
+#include "depthservo/depth/NoiseLearner.h"
 #include "depthservo/depth/SeparatePoints.h"
 #include "depthservo/depth/SharedErrorFilter.h"
 #include "support/Random.h"
@@ -20,8 +19,8 @@ constexpr std::size_t kPoints = 80;
 
 struct World {
   NoiseLevel position_m, angle_rad, pixel_px;
-  double outliers = 0;     // share of the measurements
-  double told_px = 0.1;    // with them
+  double outliers = 0;   // share of the measurements
+  double told_px = 0.1;  // with them
   double duration_s = 6;
   ErrorProfile profile = ErrorProfile::poses();
   bool learns = true;

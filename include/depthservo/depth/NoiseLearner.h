@@ -83,7 +83,7 @@ class NoiseLearner {
   };
   using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-  void compare(const Snapshot& then, std::size_t lag);
+  void compare(const Snapshot& then, Level& level);
   void match(const Snapshot& then);
   void renewFactor(double sigma);
   NoiseLevel fitted(double Level::*square, const NoiseLevel& profile) const;
