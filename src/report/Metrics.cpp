@@ -197,13 +197,11 @@ Json toJson(const JointStates& joint, double focal_px) {
 }
 
 Json toJson(const MeasurementNoise& noise) {
-  return {{"pixel_px", noise.pixel_px.sigma()},
-          {"pixel_lasting_px", noise.pixel_px.lasting.sigma},
-          {"pose_m", noise.position_m.sigma()},
-          {"pose_lasting_m", noise.position_m.lasting.sigma},
-          {"pose_rad", noise.angle_rad.sigma()},
-          {"pose_lasting_rad", noise.angle_rad.lasting.sigma},
-          {"words", sentenceOf(noise)}};
+  return {
+      {"pixel_px", noise.pixel_px.sigma()},  {"pixel_lasting_px", noise.pixel_px.lasting.sigma},
+      {"pose_m", noise.position_m.sigma()},  {"pose_lasting_m", noise.position_m.lasting.sigma},
+      {"pose_rad", noise.angle_rad.sigma()}, {"pose_lasting_rad", noise.angle_rad.lasting.sigma},
+      {"words", sentenceOf(noise)}};
 }
 
 Json frameRateJson(const FrameRateReport& report) {

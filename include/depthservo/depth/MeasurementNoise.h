@@ -23,7 +23,7 @@ struct NoiseLevel {
 
 /// Errors of where points are seen, per axis.
 struct MeasurementNoise {
-  NoiseLevel pixel_px;                ///< of each point
+  NoiseLevel pixel_px;               ///< of each point
   NoiseLevel position_m, angle_rad;  ///< of the pose of each image: common to its points
 
   /// As a profile has it; what is white of the pixels is told with each measurement.

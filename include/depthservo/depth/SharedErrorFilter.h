@@ -116,8 +116,8 @@ class SharedErrorFilter : public PointSetEstimator {
     detail::FilterPoint point;  // covariance: of what is not shared; at a place it is in P_
     ByConstants A;              // d(error of x, y, chi) by the shared constants; not at a place
     Eigen::Vector2d wander = Eigen::Vector2d::Zero();  // at a place
-    double first_s = 0;  // when it was seen first
-    double noise = 0;    // variance of a measurement with which the point has come to its covariance
+    double first_s = 0;                                // when it was seen first
+    double noise = 0;  // variance of a measurement with which the point has come to its covariance
   };
   /// A measurement as predicted, and its derivative by the shared states.
   struct Seen {
