@@ -95,6 +95,10 @@ void SeparatePoints::correctDepth(int id, const DepthPrior& measured) {
   if (known) known->estimator->correctDepth(id, measured);
 }
 
+void SeparatePoints::setNoise(const MeasurementNoise& noise) {
+  for (Slot& slot : slots_) slot.estimator->setNoise(noise);
+}
+
 DepthEstimate SeparatePoints::estimate(int id) const {
   const Slot* slot = find(id);
   return (slot ? *slot : slots_.front()).estimator->estimate(id);

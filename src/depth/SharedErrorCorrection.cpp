@@ -27,6 +27,20 @@ double nisOf(const Eigen::Matrix2d& S, const Eigen::Vector2d& nu) {
   return detail::nisOf(S(0, 0), S(0, 1), S(1, 1), nu(0), nu(1));
 }
 
+/// Variance as white noise for a point that has been seen for so long. What lasts is about the same
+/// as when the point was first seen: only its change since then errs in the depth. Of a motion at
+/// constant speed the slope of n places has white noise 12 s^2 / (n T^2), and with what has changed
+/// like a random walk of 2 s^2 T / tau it has 2.4 s^2 / (tau T): with each image that is as much as
+/// 0.6 T^2 / (tau dt) times white noise tells, until it is what counts for long.
+double asWhite(const NoiseLevel& noise, double dt, double age_s) {
+  const GaussMarkov& lasting = noise.lasting;
+  const double variance = lasting.sigma * lasting.sigma;
+  if (!(dt > 0) || !(lasting.tau_s > 0)) return noise.white * noise.white + variance;
+  const double young = 0.6 * age_s * age_s / (lasting.tau_s * dt);
+  return noise.white * noise.white +
+         std::clamp(young, 1., std::max(1., lasting.asWhite(dt))) * variance;
+}
+
 }  // namespace
 
 void SharedErrorFilter::correct(const std::vector<PointObservation>& observations) {
@@ -86,11 +100,9 @@ SharedErrorFilter::Seen SharedErrorFilter::seen(const Slot& slot) const {
     seen.point -= rate * values_(jitter_);
   }
   const ErrorProfile& e = options_.errors;
-  const GaussMarkov pose{1, e.poseTau_s};
-  const double white = dt_ > 0 ? pose.asWhite(dt_) : 1;
-  seen.byPose =
-      white * (e.position_m * e.position_m * L.leftCols<3>() * L.leftCols<3>().transpose() +
-               e.angle_rad * e.angle_rad * L.rightCols<3>() * L.rightCols<3>().transpose());
+  const double age_s = time_s_ - slot.first_s;
+  seen.byPose = asWhite(position_, dt_, age_s) * L.leftCols<3>() * L.leftCols<3>().transpose() +
+                asWhite(angle_, dt_, age_s) * L.rightCols<3>() * L.rightCols<3>().transpose();
   seen.point += rate * (e.readout_s * (options_.rowScale * p.y + options_.rowOffset));
   return seen;
 }
@@ -103,12 +115,24 @@ void SharedErrorFilter::start(Slot& slot, const PointMeasurement& measurement,
   detail::resetPoint(p, {scale * measurement.x, scale * measurement.y, scale * measurement.sigma},
                      prior.sanitised(range_));
   slot.isStarted = true;
+  slot.first_s = time_s_;
   slot.A.setZero();
   if (focal_ != kNone) slot.A.col(focal_) = Eigen::Vector3d(-scale * p.x, -scale * p.y, 0);
   const Eigen::Matrix2d more = othersAsNoise(seen(slot), 1);
   p.xx += more(0, 0);
   p.xy += more(1, 0);
   p.yy += more(1, 1);
+  slot.noise = dt_ > 0 ? noiseOf(slot) : 0;  // in the first image it is not known yet
+}
+
+/// Of a measurement of the point, as white noise, mean of both axes.
+double SharedErrorFilter::noiseOf(const Slot& slot) const {
+  Seen old = seen(slot);
+  const Eigen::Matrix<double, 2, 6> L =
+      rateByTwist({slot.point.x, slot.point.y, slot.point.chi}).topRows<2>();
+  old.byPose = position_.asWhite(dt_) * L.leftCols<3>() * L.leftCols<3>().transpose() +
+               angle_.asWhite(dt_) * L.rightCols<3>() * L.rightCols<3>().transpose();
+  return slot.point.r + 0.5 * othersAsNoise(old, options_.errors.wander_px.asWhite(dt_)).trace();
 }
 
 /// Covariance of a measurement by what a point alone has no state for.

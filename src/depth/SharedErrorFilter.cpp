@@ -18,12 +18,17 @@ using Phase = FilterPoint::Phase;
 /// Images without a point at a place before another may take it.
 constexpr int kLongestAbsence = 3;
 
+/// Over which a point forgets that there was more noise [s].
+constexpr double kNoiseForgotten_s = 1;
+
 }  // namespace
 
 SharedErrorFilter::SharedErrorFilter(std::size_t capacity, const Options& options,
                                      const DepthPrior& prior, const DepthRange& range)
     : options_(options), prior_(prior), range_(range), slots_(capacity) {
   const ErrorProfile& e = options_.errors;
+  position_ = MeasurementNoise::of(e).position_m;
+  angle_ = MeasurementNoise::of(e).angle_rad;
   const auto add = [this](int& index, bool isWanted, int count = 1) {
     if (!isWanted) return;
     index = shared_;
@@ -74,6 +79,31 @@ void SharedErrorFilter::reset() {
   twist_ = {};
   noise_ = {};
   dt_ = 0;
+}
+
+/// Wander that is not in the profile has no states and stays out.
+void SharedErrorFilter::setNoise(const MeasurementNoise& noise) {
+  position_ = noise.position_m;
+  angle_ = noise.angle_rad;
+  if (perPoint_ > 3) options_.errors.wander_px = noise.pixel_px.lasting;
+  for (std::size_t i = 0; i < size_; ++i) {
+    Slot& slot = slots_[i];
+    if (!slot.isStarted || slot.point.phase != Phase::measured || !(dt_ > 0)) continue;
+    const double now = noiseOf(slot);
+    if (slot.noise > 0 && now > slot.noise) inflate(slot, now / slot.noise);
+    slot.noise = std::max(now, slot.noise * std::exp(-dt_ / kNoiseForgotten_s));
+  }
+}
+
+/// What was learnt with too little noise is less certain by so much.
+void SharedErrorFilter::inflate(Slot& slot, double times) {
+  constexpr double kMost = DepthPrior::kWideSigma_chi * DepthPrior::kWideSigma_chi;
+  const double variance = described(slot, slot.place).cc;
+  times = std::min(times, std::max(1., kMost / variance));
+  if (slot.place == kNone) return setCovariance(slot.point, times * covariance(slot.point));
+  const int p = row(slot.place), n = rows();
+  P_.middleRows(p, 3).leftCols(n) *= std::sqrt(times);
+  P_.middleCols(p, 3).topRows(n) *= std::sqrt(times);
 }
 
 void SharedErrorFilter::resetShared() {

@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "depthservo/depth/NoiseLearner.h"
 #include "depthservo/tracking/TargetPose.h"
 #include "observation/FrameRateMonitor.h"
 #include "observation/ObserverSetup.h"
@@ -49,6 +50,10 @@ struct Observer::Parts {
                         setup.estimator.depth.range(), jointStatesOf(*estimator),
                         sharedErrorsOf(setup.estimator));
     }
+    if (setup.learnsNoise) {
+      learner.emplace(std::max(setup.capacity, setup.ids.size()), *sharedErrorsOf(setup.estimator),
+                      setup.pixelNoise_px);
+    }
     if (setup.tags) tags.emplace(*setup.tags, setup.camera);
     for (const int id : setup.ids) estimator->setPrior(id, setup.prior);
     observations.reserve(std::max(setup.capacity, setup.ids.size()));
@@ -62,6 +67,7 @@ struct Observer::Parts {
   void renewPoints(const std::vector<TrackedPoint>& points);
   void observe(const std::vector<TrackedPoint>& points);
   void correct(const Exposure& exposure);
+  void learnNoise(double time_s);
   void giveUpMovingPoints();
   void update(double time_s, const std::vector<TrackedPoint>& points);
   void noteCoverage(double time_s, Coverage coverage);
@@ -81,6 +87,7 @@ struct Observer::Parts {
   std::optional<SelfDiagnosis> diagnosis;  // none where images would be judged by themselves, nor
                                            // of a known target, which may move
   std::optional<TagSizeMonitor> tags;
+  std::optional<NoiseLearner> learner;
   std::map<int, int> rejections;  // by id, weighted, less those accepted
   std::map<int, bool> wasMeasured;
   std::vector<double> trackingTimes, estimationTimes;  // by image [s]
@@ -123,6 +130,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   if (!isUsed) points.clear();
   p.observe(points);
   if (isUsed) p.correct(exposure);
+  if (isUsed && p.learner) p.learnNoise(time_s);
   if (p.setup.findsPoints()) p.giveUpMovingPoints();
   p.estimationTimes.push_back(stopwatch.lap());
   if (isUsed) p.update(time_s, points);
@@ -179,9 +187,10 @@ std::optional<TargetPose::Result> Observer::Parts::followTarget(
 /// In normalised coordinates.
 void Observer::Parts::observe(const std::vector<TrackedPoint>& points) {
   observations.clear();
+  const double factor = learner && !setup.isPixelNoiseGiven ? learner->pixelFactor() : 1;
   for (const TrackedPoint& point : points) {
     const Eigen::Vector2d s = setup.camera.normalise(point.u, point.v);
-    const double sigma = point.sigma_px / setup.camera.focal_px(s.x(), s.y());
+    const double sigma = factor * point.sigma_px / setup.camera.focal_px(s.x(), s.y());
     observations.push_back({point.id, {s.x(), s.y(), sigma}});
   }
 }
@@ -193,6 +202,12 @@ void Observer::Parts::correct(const Exposure& exposure) {
     const DepthPrior told{point.Z, kToldSigma_Z / (point.Z * point.Z)};
     if (told.isUsable()) estimator->correctDepth(point.id, told);
   }
+}
+
+/// What this image tells of the noise, for the next one.
+void Observer::Parts::learnNoise(double time_s) {
+  learner->observe(odometry.motion(lastTime_s, time_s).motion, observations, *estimator);
+  estimator->setNoise(learner->noise());
 }
 
 /// What the monitors have to say of this image.
@@ -331,6 +346,7 @@ void Observer::finish(RunLog& log) {
   const bool takesErrors = kind == EstimatorKind::filter || kind == EstimatorKind::joint;
   if (takesErrors) log.errors = p.setup.estimator.errors;
   log.joint = jointStatesOf(*p.estimator);
+  if (p.learner && p.learner->isLearnt()) log.noise = p.learner->noise();
   log.frameRate = p.frameRate.report();
   if (p.tags) log.tags = p.tags->results();
   log.isDepthObserved = kind != EstimatorKind::constant;

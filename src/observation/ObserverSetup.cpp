@@ -143,9 +143,12 @@ ObserverSetup ObserverSetup::of(const ObservedSource& source, const ObservationO
   ObserverSetup setup;
   setup.camera = source.camera;
   setup.pixelNoise_px = options.pixelNoise_px;
-  setup.prior = options.prior();
   setup.estimator = setupOf(source, options);
   setup.profile = toString(errorKindOf(options));
+  setup.isPixelNoiseGiven = options.isPixelNoiseGiven;
+  setup.learnsNoise = options.motion != MotionSource::target && setup.estimator.errors &&
+                      errorKindOf(options) == ErrorKind::poses;
+  setup.prior = options.prior();
   setup.declaredNoise = options.odometryNoise.value_or(OdometryNoise());
   setup.tracker = makeTracker(source.target, options.tracker, options);
   setup.takesTrackersNoise = measuresNoise(options.tracker) && !options.isPixelNoiseGiven;

@@ -16,6 +16,8 @@ namespace depthservo {
 struct ObserverSetup {
   PinholeCamera camera;
   double pixelNoise_px = 0.5;       ///< 1 sigma per axis told to the estimator
+  bool isPixelNoiseGiven = false;   ///< by the user
+  bool learnsNoise = false;         ///< of pixels and poses, from how the points agree
   bool takesTrackersNoise = false;  ///< the tracker's sigma of each point instead
   const char* noun = "point";       ///< what a point is called: point | dot | corner
   std::vector<int> ids;             ///< every id that may be found, ascending

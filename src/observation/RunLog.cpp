@@ -64,6 +64,17 @@ bool JointStates::estimates(ConsistencyMonitor::Cause cause) const {
   }
 }
 
+std::string sentenceOf(const MeasurementNoise& noise) {
+  const auto share = [](const NoiseLevel& level) {
+    return std::round(100 * std::pow(level.lasting.sigma / level.sigma(), 2));
+  };
+  return fmt::format(
+      "{:.2f} px ({} % of the variance lasts), poses {:.2g} mm ({} %) and {:.2g} mrad ({} %), 1 "
+      "sigma per axis",
+      noise.pixel_px.sigma(), share(noise.pixel_px), 1e3 * noise.position_m.sigma(),
+      share(noise.position_m), 1e3 * noise.angle_rad.sigma(), share(noise.angle_rad));
+}
+
 std::vector<std::string> JointStates::sentences(double focal_px) const {
   std::vector<std::string> all;
   if (timeOffset.isEstimated) {

@@ -199,6 +199,14 @@ Json toJson(const JointStates& joint, double focal_px) {
   return json;
 }
 
+Json toJson(const MeasurementNoise& noise) {
+  return {
+      {"pixel_px", noise.pixel_px.sigma()},  {"pixel_lasting_px", noise.pixel_px.lasting.sigma},
+      {"pose_m", noise.position_m.sigma()},  {"pose_lasting_m", noise.position_m.lasting.sigma},
+      {"pose_rad", noise.angle_rad.sigma()}, {"pose_lasting_rad", noise.angle_rad.lasting.sigma},
+      {"words", sentenceOf(noise)}};
+}
+
 Json frameRateJson(const FrameRateReport& report) {
   Json json{{"ke", report.ke},
             {"kappa", report.kappa},
@@ -276,6 +284,7 @@ std::string toJson(const RunLog& log, const Metrics& metrics) {
   }
   if (log.diagnosis) json["diagnosis"] = toJson(*log.diagnosis);
   if (log.joint) json["joint"] = toJson(*log.joint, log.camera.focal_px());
+  if (log.noise) json["noise"] = toJson(*log.noise);
   json["points"] = Json::array();
   for (const PointMetrics& point : metrics.points) json["points"].push_back(toJson(point));
   if (log.frameRate) json["frame_rate"] = frameRateJson(*log.frameRate);

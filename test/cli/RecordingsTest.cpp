@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <regex>
+#include <sstream>
+#include <vector>
 
 #include "cli/Tool.h"
 #include "support/TemporaryFolder.h"
@@ -76,6 +79,46 @@ TEST(Recordings, open_by_one_command_each_with_a_page) {
     ++opened;
   }
   EXPECT_GT(opened, 0u);
+}
+
+/// Share of the depths called valid that are within two sigma, in all images of a run folder.
+double coverage(const fs::path& features) {
+  std::ifstream in(features);
+  std::string line;
+  std::getline(in, line);
+  int valid = 0, covered = 0;
+  while (std::getline(in, line)) {
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    constexpr std::size_t kMeasured = 4, kZ = 5, kSigma = 6, kStatus = 7, kTruth = 8;
+    if (cells.size() <= kTruth || cells[kTruth].empty()) continue;
+    if (cells[kMeasured] != "1" || cells[kStatus] != "valid") continue;
+    ++valid;
+    const double error = std::abs(std::stod(cells[kZ]) - std::stod(cells[kTruth]));
+    covered += error <= 2 * std::stod(cells[kSigma]);
+  }
+  EXPECT_GT(valid, 100);
+  return static_cast<double>(covered) / valid;
+}
+
+TEST(Recordings, areHonestWithNothingDeclared) {
+  const std::map<std::string, double> least = {
+      {"hololens-60", 0.88}, {"franka-chessboard", 0.88}, {"7scenes-80", 0.7}};  // doc/sources.md
+  const auto all = commands();
+  int judged = 0;
+  for (const auto& [name, share] : least) {
+    const fs::path folder = recordings() / name;
+    if (!fs::is_directory(folder)) continue;
+    SCOPED_TRACE(name);
+    const TemporaryFolder out;
+    const Result result = depthservo("replay '" + folder.string() + "' " + all.at(name) +
+                                     " --out '" + (out / "out").string() + "'");
+    ASSERT_EQ(result.exitCode, 0) << result.err;
+    EXPECT_GE(coverage(out / "out/features.csv"), share);
+    ++judged;
+  }
+  if (judged == 0) GTEST_SKIP() << "none in " << recordings() << " (DEPTHSERVO_RECORDINGS)";
 }
 
 }  // namespace

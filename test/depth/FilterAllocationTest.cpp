@@ -3,6 +3,7 @@
 #include "depthservo/depth/ConsistencyMonitor.h"
 #include "depthservo/depth/InverseDepthFilterBatch.h"
 #include "depthservo/depth/JointDepthFilter.h"
+#include "depthservo/depth/NoiseLearner.h"
 #include "depthservo/depth/SeparatePoints.h"
 #include "depthservo/depth/SharedErrorFilter.h"
 #include "support/AllocationCounter.h"
@@ -42,6 +43,7 @@ TEST(FilterAllocation, noneOfTheFiltersAllocatesInTheLoop) {
   few.places = 2;
   SharedErrorFilter shared(points.size(), few);
   SeparatePoints separate(SharedErrorFilter(1, few), points.size(), {});
+  NoiseLearner learner(points.size(), few, 0.5);
   ConsistencyMonitor monitor(points.size());
 
   const std::size_t before = allocations();
@@ -65,6 +67,8 @@ TEST(FilterAllocation, noneOfTheFiltersAllocatesInTheLoop) {
            {static_cast<PointSetEstimator*>(&shared), static_cast<PointSetEstimator*>(&separate)}) {
         set->advance(odometry, static_cast<double>(k) * t.kPeriod_s);
         set->correct(seen[k]);
+        learner.observe(motion, seen[k], *set);
+        set->setNoise(learner.noise());
         set->correctDepth(0, {1.5, 1});
         if (k % 50 == 49) set->retire(1);
         if (set->estimate(0).chi < 0) break;

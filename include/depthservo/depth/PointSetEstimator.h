@@ -8,6 +8,8 @@
 
 namespace depthservo {
 
+struct MeasurementNoise;
+
 /// A measurement of the point with this id.
 struct PointObservation {
   int id = 0;
@@ -53,6 +55,10 @@ class PointSetEstimator {
   /// Fuses a direct measurement of one depth at the time of the last `advance`. Ignored for an
   /// unknown id.
   virtual void correctDepth(int id, const DepthPrior& measured) = 0;
+
+  /// How large the errors of the next measurements are, as far as the method reckons with other
+  /// than white ones. The white noise of a point is told with each of its measurements.
+  virtual void setNoise(const MeasurementNoise& /*noise*/) {}
 
   /// The point at the time of the last `advance`; status `unset` for an unknown id.
   virtual DepthEstimate estimate(int id) const = 0;

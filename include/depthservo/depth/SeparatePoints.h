@@ -25,6 +25,7 @@ class SeparatePoints : public PointSetEstimator {
   Coverage advance(const MotionBuffer& odometry, double time_s) override;
   void correct(const std::vector<PointObservation>& observations) override;
   void correctDepth(int id, const DepthPrior& measured) override;
+  void setNoise(const MeasurementNoise& noise) override;
   using PointSetEstimator::estimate;
   DepthEstimate estimate(int id) const override;
   double time() const override { return time_s_; }

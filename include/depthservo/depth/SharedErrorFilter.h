@@ -6,6 +6,7 @@
 
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/depth/InverseDepthFilter.h"
+#include "depthservo/depth/MeasurementNoise.h"
 #include "depthservo/depth/PointSetEstimator.h"
 
 namespace depthservo {
@@ -40,7 +41,8 @@ struct SharedErrorFilterOptions {
 ///
 /// L the derivative of d(x, y, chi)/dt by the twist. What is not in the profile is not in the
 /// state. An error e of the image's pose enters the noise as L cov(e) L': it is common to the
-/// points, but while their depths are vague they would learn it with too much confidence. The
+/// points, but while their depths are vague they would learn it with too much confidence. A part
+/// that lasts counts the more the longer the point has been seen. The
 /// points stand where they are at the exposure, t_d before the stamp: an error of t_d shows only
 /// where the twist changes, and a point that starts needs no correlation with it.
 ///
@@ -66,6 +68,7 @@ class SharedErrorFilter : public PointSetEstimator {
   Coverage advance(const MotionBuffer& odometry, double time_s) override;
   void correct(const std::vector<PointObservation>& observations) override;
   void correctDepth(int id, const DepthPrior& measured) override;
+  void setNoise(const MeasurementNoise& noise) override;
   using PointSetEstimator::estimate;
   DepthEstimate estimate(int id) const override;
   double time() const override { return time_s_; }
@@ -113,6 +116,8 @@ class SharedErrorFilter : public PointSetEstimator {
     detail::FilterPoint point;  // covariance: of what is not shared; at a place it is in P_
     ByConstants A;              // d(error of x, y, chi) by the shared constants; not at a place
     Eigen::Vector2d wander = Eigen::Vector2d::Zero();  // at a place
+    double first_s = 0;                                // when it was seen first
+    double noise = 0;  // variance of a measurement with which the point has come to its covariance
   };
   /// A measurement as predicted, and its derivative by the shared states.
   struct Seen {
@@ -139,6 +144,8 @@ class SharedErrorFilter : public PointSetEstimator {
   void resetShared();
   void renew(int index, double kept, double sigma);
   void letDrift(Slot& slot, const UnknownPart& unknown);
+  double noiseOf(const Slot& slot) const;
+  void inflate(Slot& slot, double times);
 
   Seen seen(const Slot& slot) const;
   Eigen::Matrix2d othersAsNoise(const Seen& seen, double wander) const;
@@ -170,6 +177,7 @@ class SharedErrorFilter : public PointSetEstimator {
   Shared shared(int index, double prior) const;
 
   Options options_;
+  NoiseLevel position_, angle_;  // of poses [m, rad]
   InverseDepthFilterOptions pointOptions_;
   DepthPrior prior_;
   DepthRange range_;

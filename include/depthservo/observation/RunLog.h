@@ -13,6 +13,7 @@
 #include "depthservo/depth/ConsistencyMonitor.h"
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/depth/JointDepthFilter.h"
+#include "depthservo/depth/MeasurementNoise.h"
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/Twist.h"
 #include "depthservo/pose/FrameRateConditions.h"
@@ -88,6 +89,9 @@ struct JointStates {
   std::vector<std::string> sentences(double focal_px) const;
 };
 
+/// What has been learnt of the noise, a sentence.
+std::string sentenceOf(const MeasurementNoise& noise);
+
 /// What the observed depths of an AprilTag's corners say of its size.
 struct TagRecord {
   int id = 0;
@@ -135,6 +139,7 @@ struct RunLog {
 
   std::optional<RunDiagnosis> diagnosis;  ///< none: not judged
   std::optional<JointStates> joint;       ///< of the joint filter only
+  std::optional<MeasurementNoise> noise;  ///< as learnt; none: as declared
 
   /// Gray images worth keeping, by file stem ("first", "last"), row-major 8 bit of the camera's
   /// size.

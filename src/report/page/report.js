@@ -92,6 +92,7 @@ function showFigures() {
       ? `profile ${errors.profile}; its sizes stand under Effective configuration` : 'white noise alone') : null],
     ['images against odometry', run.diagnosis && run.diagnosis.cause === 'none' ? run.diagnosis.message : null],
     ...((run.joint && run.joint.words) || []).map(words => ['joint filter', words]),
+    ['noise, learnt', run.noise ? run.noise.words : null],
     ['seed', run.seed],
   ];
   for (const [name, value] of rows) {
