@@ -1,6 +1,8 @@
 #include <fmt/core.h>
 
+#include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "ProgressBar.h"
 #include "commands.h"
@@ -9,6 +11,8 @@
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/rig/RecordedRig.h"
+#include "depthservo/scenario/recordedLaw.h"
+#include "depthservo/text/NewFolder.h"
 #include "findings.h"
 #include "numbers.h"
 #include "observation.h"
@@ -17,7 +21,7 @@ namespace depthservo {
 namespace {
 
 struct ReplayArguments {
-  std::string sequence, baseline, out, observe = "depth";
+  std::string sequence, baseline, out, law, commands, observe = "depth";
   SequenceArguments data;
   std::vector<double> focalGains;
   bool update = false, json = false;
@@ -81,6 +85,81 @@ int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence
   return kMet;
 }
 
+/// How many commands are those of the recording, to the last bit.
+struct LawComparison {
+  std::size_t recorded = 0, computed = 0, same = 0;
+  Eigen::VectorXd greatest;  ///< difference, by velocity
+};
+
+LawComparison compare(const std::vector<LawCommand>& recorded,
+                      const std::vector<LawCommand>& computed, Eigen::Index velocities) {
+  LawComparison result{recorded.size(), computed.size(), 0, Eigen::VectorXd::Zero(velocities)};
+  auto then = recorded.begin();
+  for (const LawCommand& now : computed) {
+    while (then != recorded.end() && then->time_s < now.time_s) ++then;
+    if (then == recorded.end() || then->time_s != now.time_s) continue;
+    result.same += lawCommandLine(*then) == lawCommandLine(now);
+    result.greatest = result.greatest.cwiseMax((then->velocities - now.velocities).cwiseAbs());
+  }
+  return result;
+}
+
+bool areSame(const LawComparison& c) { return c.same == c.recorded && c.same == c.computed; }
+
+void printLaw(const std::string& law, const LawComparison& c,
+              const std::vector<std::string>& names) {
+  fmt::print(stderr, "law {}: {} commands, {} of {} recorded ones are the same to the last bit",
+             law, c.computed, c.same, c.recorded);
+  for (std::size_t i = 0; i < names.size() && !areSame(c); ++i) {
+    fmt::print(stderr, "{} {:.3g} in {}", i == 0 ? "; they differ by up to" : ",",
+               c.greatest[static_cast<Eigen::Index>(i)], names[i]);
+  }
+  fmt::print(stderr, "\n");
+}
+
+/// What the law commands by what was recorded.
+int replayCommands(const ReplayArguments& arguments, const Sequence& sequence,
+                   const ObservationOptions& options) {
+  if (arguments.observe != "depth" || !arguments.baseline.empty()) {
+    refuseOption("--law", "goes without --observe focal and --baseline");
+  }
+  if (arguments.law != "recorded" && arguments.law != "vpServo" && arguments.law != "task") {
+    refuseWord("--law", arguments.law, {"recorded", "vpServo", "task"});
+  }
+  const RecordedLaw law = readLaw(arguments.sequence, arguments.law);
+  if (!arguments.commands.empty()) requireNewFile(arguments.commands);
+  LawReplay replay;
+  {
+    RunProgress progress("replay " + sequence.name(), sequence.frames().front().time_s,
+                         sequence.frames().back().time_s);
+    replay = replayLaw(sequence, options, law, &progress);
+  }
+  const std::vector<std::string>& names = replay.log.commandNames;
+  if (!arguments.out.empty()) writeRunFolder(replay.log, arguments.out);
+  if (!arguments.commands.empty()) {
+    std::string text = lawCommandHeader(names);
+    for (const LawCommand& command : replay.commands) text += lawCommandLine(command);
+    makeFile(arguments.commands, [&](const std::string& file) {
+      return static_cast<bool>(std::ofstream(file, std::ios::binary) << text << std::flush);
+    });
+  }
+  const auto c = compare(law.commands, replay.commands, static_cast<Eigen::Index>(names.size()));
+  const Metrics metrics = computeMetrics(replay.log);
+  printTable(replay.log, metrics);
+  printLaw(arguments.law, c, names);
+  if (arguments.json) {
+    auto json = nlohmann::ordered_json::parse(toJson(replay.log, metrics));
+    json["law"] = {
+        {"law", arguments.law},
+        {"commands", c.computed},
+        {"recorded", c.recorded},
+        {"same", c.same},
+        {"greatest_difference", std::vector<double>(c.greatest.begin(), c.greatest.end())}};
+    fmt::print("{}\n", json.dump());
+  }
+  return arguments.law != "recorded" || areSame(c) ? kMet : kNotMet;
+}
+
 int replaySequence(const ReplayArguments& arguments) {
   if (arguments.update && arguments.baseline.empty())
     refuseOption("--update", "needs --baseline FILE");
@@ -92,6 +171,8 @@ int replaySequence(const ReplayArguments& arguments) {
   if (!arguments.baseline.empty() && !arguments.update) Baseline::load(arguments.baseline);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
 
+  if (!arguments.law.empty()) return replayCommands(arguments, sequence, options);
+  if (!arguments.commands.empty()) refuseOption("--commands", "needs --law");
   if (arguments.observe == "focal") return replayFocalLength(arguments, sequence, options);
   if (!arguments.focalGains.empty()) refuseOption("--focal-gains", "is for --observe focal");
   RunLog log;
@@ -130,6 +211,13 @@ void addReplay(CLI::App& app, int& exitCode) {
   command
       ->add_option("--baseline", a->baseline,
                    "Compare with accepted figures; exit 1 when one moved")
+      ->type_name("FILE");
+  command
+      ->add_option("--law", a->law,
+                   "Compute the commands of a recording of servo or record again: recorded (exit 1 "
+                   "when one is not the same to the last bit) | vpServo | task")
+      ->type_name("NAME");
+  command->add_option("--commands", a->commands, "Write them, as commands.csv of the recording")
       ->type_name("FILE");
   command->add_flag("--update", a->update, "Accept the figures: write them to the baseline");
   command->add_flag("--json", a->json, "Print the result as one JSON object on stdout");

@@ -12,7 +12,6 @@
 #include "depthservo/robots/RobotModel.h"
 #include "depthservo/scenario/Scenario.h"
 #include "numbers.h"
-#include "percentile.h"
 #include "scenarioFile.h"
 
 namespace depthservo {
@@ -24,6 +23,15 @@ struct RobotArguments {
   RobotServerOptions server;
   bool json = false;
 };
+
+/// [greatest length in s, how often], so that several runs can be added.
+nlohmann::ordered_json countsOf(const DurationHistogram& lengths) {
+  auto counts = nlohmann::ordered_json::array();
+  for (std::size_t bin = 0; bin < DurationHistogram::kBins; ++bin) {
+    if (const auto n = lengths.inBin(bin)) counts.push_back({DurationHistogram::endOf(bin), n});
+  }
+  return counts;
+}
 
 nlohmann::ordered_json jsonOf(const std::string& name, const RobotServerReport& report) {
   std::vector<double> velocity(report.velocity.begin(), report.velocity.end());
@@ -37,8 +45,9 @@ nlohmann::ordered_json jsonOf(const std::string& name, const RobotServerReport& 
           {"commands", report.commands},
           {"refused", report.refused},
           {"watchdog_stops", report.watchdogStops},
-          {"latency_p50_s", percentile(report.latencies_s, 0.5)},
-          {"latency_p999_s", percentile(report.latencies_s, 0.999)},
+          {"latency_p50_s", report.latency.percentile(0.5)},
+          {"latency_p999_s", report.latency.percentile(0.999)},
+          {"latency_counts", countsOf(report.latency)},
           {"pose", {report.pose.x(), report.pose.y(), report.pose.z()}},
           {"velocity", velocity},
           {"goal_error_px", report.goalError_px}};
@@ -52,10 +61,10 @@ void tell(const std::string& name, const RobotServerReport& report) {
       "for want of a command\n",
       report.images, report.dropped, report.rows, report.commands, report.refused,
       report.watchdogStops);
-  if (!report.latencies_s.empty()) {
+  if (report.latency.count() > 0) {
     fmt::print(stderr, "  image to command: p50 {:.1f} ms, p99.9 {:.1f} ms, of {} images\n",
-               1e3 * percentile(report.latencies_s, 0.5),
-               1e3 * percentile(report.latencies_s, 0.999), report.latencies_s.size());
+               1e3 * report.latency.percentile(0.5), 1e3 * report.latency.percentile(0.999),
+               report.latency.count());
   }
   fmt::print(stderr, "  at x {:.3f} m, y {:.3f} m, theta {:.3f} rad", report.pose.x(),
              report.pose.y(), report.pose.z());

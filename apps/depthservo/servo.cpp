@@ -16,13 +16,13 @@
 #include "depthservo/rig/SequenceRecorder.h"
 #include "depthservo/scenario/RobotFile.h"
 #include "depthservo/scenario/observationOf.h"
+#include "depthservo/scenario/recordedLaw.h"
 #include "depthservo/servo/RobotRig.h"
 #include "depthservo/servo/ServoLoop.h"
 #include "depthservo/servo/TaughtGoal.h"
 #include "findings.h"
 #include "numbers.h"
 #include "observation.h"
-#include "percentile.h"
 
 namespace depthservo {
 namespace {
@@ -46,6 +46,8 @@ class ServoWatcher : public RunWatcher {
   bool onFrame(const RunFrame& frame) override {
     const double time_s = frame.record.time_s;
     if (std::isnan(first_s_)) first_s_ = time_s;
+    const std::size_t frames = frame.log.frames.size();
+    if (frames <= std::exchange(frames_, frames)) told_ = 0;  // the old ones are forgotten
     for (; told_ < frame.log.events.size(); ++told_) {
       const Event& event = frame.log.events[told_];
       fmt::print(stderr, "{:8.2f} s  {}\n", event.time_s - first_s_, event.what);
@@ -82,7 +84,7 @@ class ServoWatcher : public RunWatcher {
   const RobotRig& rig_;
   std::unique_ptr<View> view_;
   RunWatcher* next_;
-  std::size_t told_ = 0;
+  std::size_t told_ = 0, frames_ = 0;
   double first_s_ = kUnknown, next_s_ = kUnknown;
 };
 
@@ -146,6 +148,7 @@ LiveOptions liveOptionsOf(const ServoArguments& a, const TaughtGoal& goal, const
   options.targetFile = a.goal;
   apply(a.observation, goal.target.tags.has_value(), options.observation);
   options.observation.tracker = goal.tracker;
+  options.keep = Keep::theLastFrames;
   options.rate = images.fps() > 0 ? images.fps() : kUsualRate_Hz;
   options.duration_s = a.duration_s;
   options.patience_s = a.patience_s;
@@ -157,11 +160,10 @@ LiveOptions liveOptionsOf(const ServoArguments& a, const TaughtGoal& goal, const
 
 RobotFile robotOf(const ServoArguments& a) {
   RobotFile robot = readRobotFile(a.robot);
-  if (a.law == "task") robot.control.law = Law::task;
-  if (a.law == "vpServo") robot.control.law = Law::vpServo;
   if (!a.law.empty() && a.law != "task" && a.law != "vpServo") {
     refuseWord("--law", a.law, {"vpServo", "task"});
   }
+  chooseLaw(robot, a.law);
   if (a.gain) robot.control.gain = *a.gain;
   if (a.tolerance) robot.control.tolerance = *a.tolerance;
   return robot;
@@ -176,8 +178,7 @@ int exitCodeOf(const RunLog& log, const RobotRig& rig, const std::atomic<bool>& 
 void tell(const ServoArguments& a, const RunLog& log, const RobotRig& rig,
           const ImageSource& images, int exitCode) {
   const RobotRigCounts& counts = rig.counts();
-  const double p50 = percentile(counts.latencies_s, 0.5),
-               p999 = percentile(counts.latencies_s, 0.999);
+  const double p50 = counts.latency.percentile(0.5), p999 = counts.latency.percentile(0.999);
   const Metrics metrics = computeMetrics(log);
   const std::string outcome = exitCode == kStoppedBySafety ? "stopped by safety"
                               : exitCode == kInterrupted   ? "interrupted"
@@ -240,8 +241,10 @@ int servoRobot(ServoArguments& a) {
   if (!a.isArmed) rigOptions.arm = &armOnRequest(a.twist != "-");
   auto view = viewOf(a, options);
   RobotRig rig(camera, rigOptions);
-  ServoLoop loop(rig, camera.options(), robot.control,
-                 goal.servoGoal(camera.options().depth.initial));
+  const ServoGoal servoGoal = goal.servoGoal(camera.options().depth.initial);
+  ServoLoop loop(rig, camera.options(), robot.control, servoGoal);
+  const bool keepsLaw = canBeReplayed(robot.control, robot.robot.type);
+  if (recorder && keepsLaw) recorder->keepCommands();
   ServoWatcher watcher(rig, std::move(view), recorder.get());
   RunLog log = loop.run(&watcher);
   rig.finish();
@@ -255,6 +258,7 @@ int servoRobot(ServoArguments& a) {
     settings.tags = options.target.tags;
     settings.rows = log.rows;
     settings.taught = options.target.taught;
+    if (keepsLaw) addLaw(settings, robot, servoGoal);
     recorder->finish(settings);
   }
   if (!a.out.empty()) writeRunFolder(log, a.out);

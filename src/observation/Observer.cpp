@@ -90,7 +90,7 @@ struct Observer::Parts {
   std::optional<NoiseLearner> learner;
   std::map<int, int> rejections;  // by id, weighted, less those accepted
   std::map<int, bool> wasMeasured;
-  std::vector<double> trackingTimes, estimationTimes;  // by image [s]
+  LastLaps trackingTimes, estimationTimes;  // by image [s]
   std::optional<TargetPose> targetPose;
   std::optional<TargetPose::Result> pose;  // of the followed target in this image
   std::optional<CameraPose> lastPose;
@@ -119,7 +119,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   const double time_s = exposure.time_s;
   Stopwatch stopwatch;
   std::vector<TrackedPoint> points = p.track(exposure);
-  p.trackingTimes.push_back(stopwatch.lap());
+  p.trackingTimes.add(stopwatch.lap());
   if (p.setup.findsPoints()) p.renewPoints(points);
   p.pose = p.followTarget(time_s, points);
   if (p.pose && !exposure.depth && exposure.truth.empty()) p.isTruthOfMotion = true;
@@ -132,7 +132,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   if (isUsed) p.correct(exposure);
   if (isUsed && p.learner) p.learnNoise(time_s);
   if (p.setup.findsPoints()) p.giveUpMovingPoints();
-  p.estimationTimes.push_back(stopwatch.lap());
+  p.estimationTimes.add(stopwatch.lap());
   if (isUsed) p.update(time_s, points);
 
   FrameRecord frame;
@@ -351,8 +351,8 @@ void Observer::finish(RunLog& log) {
   if (p.tags) log.tags = p.tags->results();
   log.isDepthObserved = kind != EstimatorKind::constant;
   log.isTruthOfMotion = p.isTruthOfMotion;
-  log.timings.emplace_back("tracking", std::move(p.trackingTimes));
-  log.timings.emplace_back("estimation", std::move(p.estimationTimes));
+  log.timings.emplace_back("tracking", p.trackingTimes.take());
+  log.timings.emplace_back("estimation", p.estimationTimes.take());
 }
 
 }  // namespace depthservo

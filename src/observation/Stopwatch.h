@@ -1,6 +1,9 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
+#include <utility>
+#include <vector>
 
 namespace depthservo {
 
@@ -16,6 +19,24 @@ class Stopwatch {
 
  private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// The last of many durations, as many as images come in half an hour at 30 Hz; in no order.
+class LastLaps {
+ public:
+  void add(double duration_s) {
+    constexpr std::size_t kMost = 54000;
+    if (laps_.size() < kMost) {
+      laps_.push_back(duration_s);
+    } else {
+      laps_[oldest_++ % kMost] = duration_s;
+    }
+  }
+  std::vector<double> take() { return std::move(laps_); }
+
+ private:
+  std::vector<double> laps_;
+  std::size_t oldest_ = 0;
 };
 
 }  // namespace depthservo

@@ -109,10 +109,7 @@ struct LiveRig::Parts {
            (options.most_w == 0 || twist.angular.norm() <= options.most_w);
   }
 
-  void readRows(MotionBuffer& odometry, double time_s) {
-    waiting.readInto(odometry, time_s, rows);
-    if (options.keep != Keep::everything) rows.clear();
-  }
+  void readRows(MotionBuffer& odometry, double time_s) { waiting.readInto(odometry, time_s, rows); }
 
   bool isCovered(MotionBuffer& odometry, double time_s) {
     readRows(odometry, time_s);
@@ -206,6 +203,7 @@ std::optional<Exposure> LiveRig::next(Listener*) {
 void LiveRig::readOdometry(MotionBuffer& odometry, double time_s) {
   Parts& p = *parts_;
   if (!p.twists) return;
+  if (p.options.keep != Keep::everything) p.rows.clear();
   p.take(0);
   const auto start = Clock::now();
   while (!p.twists->isEnded() && !p.twists->wasInterrupted() && !p.isEnough(odometry, time_s)) {

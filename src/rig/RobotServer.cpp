@@ -141,9 +141,7 @@ void RobotServer::Parts::take(double wait_s) {
     lastArrival = Clock::now();
     for (; !awaited.empty() && awaited.front().stamp_s <= row.image_s; awaited.pop_front()) {
       const bool isItsOwn = awaited.front().stamp_s == row.image_s;
-      if (isItsOwn && !options.isLockstep) {
-        report.latencies_s.push_back(secondsSince(awaited.front().taken));
-      }
+      if (isItsOwn && !options.isLockstep) report.latency.add(secondsSince(awaited.front().taken));
     }
     last = std::move(row);
   }

@@ -1,5 +1,8 @@
 #include "depthservo/rig/SequenceRecorder.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace depthservo {
 
 bool SequenceRecorder::onFrame(const RunFrame& frame) {
@@ -16,8 +19,18 @@ bool SequenceRecorder::onFrame(const RunFrame& frame) {
   }
   if (exposure.wMc) writer_.addPose(time_s, *exposure.wMc);
   const auto& rows = frame.rig.odometry();
-  for (; rows_ < rows.size(); ++rows_) {
-    writer_.addOdometry(rows[rows_].time_s, rows[rows_].twist);
+  auto row = std::isnan(lastRow_s_)
+                 ? rows.begin()
+                 : std::upper_bound(rows.begin(), rows.end(), lastRow_s_,
+                                    [](double t, const OdometryRow& r) { return t < r.time_s; });
+  for (; row != rows.end(); ++row) {
+    writer_.addOdometry(row->time_s, row->twist);
+    lastRow_s_ = row->time_s;
+    ++rows_;
+  }
+  if (keepsCommands_ && frame.record.command.allFinite()) {
+    writer_.addCommand({time_s, frame.rig.time(), rows_, frame.record.command},
+                       frame.log.commandNames);
   }
   return !next_ || next_->onFrame(frame);
 }

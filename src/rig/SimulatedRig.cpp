@@ -162,5 +162,15 @@ double SimulatedRig::time() const { return parts_->world.time(); }
 std::vector<TruePoint> SimulatedRig::truth() const { return parts_->world.truth(); }
 std::vector<TruePoint> SimulatedRig::truthAtGoal() const { return parts_->world.goal(); }
 Eigen::Isometry3d SimulatedRig::cdMo() const { return parts_->world.cdMo(); }
+void SimulatedRig::lookFrom(const RobotPose& pose, DEPTHSERVO_VISP vpImage<unsigned char>& image) {
+  parts_->world.lookFrom(pose, image);
+}
+std::vector<std::optional<Eigen::Vector3d>> SimulatedRig::seenFrom(
+    const RobotPose& pose, const std::vector<Eigen::Vector2d>& pixels) const {
+  return parts_->world.seenFrom(pose, pixels);
+}
+void SimulatedRig::teach(std::shared_ptr<const TaughtImage> taught) {
+  parts_->source.target.taught = std::move(taught);
+}
 
 }  // namespace depthservo

@@ -8,7 +8,6 @@
 #include "depthservo/motion/Motion.h"
 #include "depthservo/observation/RunLog.h"
 #include "depthservo/sequence/SequenceWriter.h"
-#include "robots/makeRobot.h"
 #include "robots/wheels.h"
 
 namespace depthservo {
@@ -186,8 +185,29 @@ Twist World::twistRelativeToTarget() const {
           camera.angular - w};
 }
 
-Eigen::Isometry3d World::cdMo() const {
-  return truly(makeRobot(options_.robot, *options_.robot.goal)->wMc()).inverse() * wMo_;
+Eigen::Isometry3d World::cdMo() const { return cMoFrom(*options_.robot.goal); }
+
+void World::lookFrom(const RobotPose& pose, DEPTHSERVO_VISP vpImage<unsigned char>& image) {
+  SyntheticView view;
+  view.cMo = cMoFrom(pose);
+  view.frame = ~looks_++;
+  camera_.render(view, image);
+}
+
+std::vector<std::optional<Eigen::Vector3d>> World::seenFrom(
+    const RobotPose& pose, const std::vector<Eigen::Vector2d>& pixels) const {
+  SyntheticView view;
+  view.cMo = cMoFrom(pose);
+  const PinholeCamera camera = options_.camera.truePinhole();
+  std::vector<std::optional<Eigen::Vector3d>> seen;
+  for (const Eigen::Vector2d& p : pixels) {
+    seen.emplace_back();
+    const auto Z = camera_.depthAt(view, p.x(), p.y());
+    if (!Z) continue;
+    const Eigen::Vector2d s = camera.normalise(p.x(), p.y());
+    seen.back() = view.cMo.inverse() * (*Z * s.homogeneous());
+  }
+  return seen;
 }
 
 std::vector<TruePoint> World::goal() const { return seenAt(cdMo()); }

@@ -16,6 +16,7 @@
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "depthservo/tracking/PointTracker.h"
 #include "rig/NoiseStream.h"
+#include "robots/makeRobot.h"
 
 namespace depthservo {
 
@@ -50,6 +51,11 @@ class World {
   Eigen::Isometry3d cdMo() const;
   std::vector<TruePoint> goal() const;
 
+  /// See SimulatedRig.
+  void lookFrom(const RobotPose& pose, DEPTHSERVO_VISP vpImage<unsigned char>& image);
+  std::vector<std::optional<Eigen::Vector3d>> seenFrom(
+      const RobotPose& pose, const std::vector<Eigen::Vector2d>& pixels) const;
+
   /// Takes the image of this moment (source: image). A tag is hidden as a whole when one of its
   /// corners is.
   void expose(DEPTHSERVO_VISP vpImage<unsigned char>& image);
@@ -63,6 +69,9 @@ class World {
   /// The true camera where this is the one assumed.
   Eigen::Isometry3d truly(const Eigen::Isometry3d& wMa) const {
     return mount_ ? wMa * *mount_ : wMa;
+  }
+  Eigen::Isometry3d cMoFrom(const RobotPose& pose) const {
+    return truly(makeRobot(options_.robot, pose)->wMc()).inverse() * wMo_;
   }
   std::vector<TruePoint> seenAt(const Eigen::Isometry3d& cMo) const;
   std::vector<Eigen::Vector2d> pixelErrors();
@@ -91,7 +100,7 @@ class World {
   NoiseStream gyroNoise_;
   LastingNoise slip_, wander_;
   double time_s_ = 0;
-  std::uint64_t images_ = 0, rows_ = 0;
+  std::uint64_t images_ = 0, rows_ = 0, looks_ = 0;
   Eigen::VectorXd command_;
   Eigen::Vector2d disturbance_ = Eigen::Vector2d::Zero();  // of (v, w)
   Eigen::Vector2d wheels_ = Eigen::Vector2d::Zero();  // way of the left and of the right one [m]

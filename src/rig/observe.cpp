@@ -25,11 +25,14 @@ void takeEvents(RunLog& log, Rig& rig, Observer& observer) {
   for (Event& event : observer.takeEvents()) log.events.push_back(std::move(event));
 }
 
+void forgetTheOld(RunLog& log) {
+  if (log.frames.size() < kLastFrames) return;
+  log.frames.erase(log.frames.begin(), log.frames.begin() + kLastFrames / 2);
+  log.events.clear();
+}
+
 void append(RunLog& log, FrameRecord frame, const Exposure& exposure, Keep keep) {
-  if (keep == Keep::theLastFrames && log.frames.size() >= kLastFrames) {
-    log.frames.erase(log.frames.begin(), log.frames.begin() + kLastFrames / 2);
-    log.events.clear();
-  }
+  if (keep == Keep::theLastFrames) forgetTheOld(log);
   if (keep == Keep::everything && exposure.hasImage()) keepImage(log, exposure);
   log.frames.push_back(std::move(frame));
 }
@@ -50,7 +53,7 @@ RunLog observe(Rig& rig, Observer& observer, RunWatcher* watcher, Keep keep) {
   }
   takeEvents(log, rig, observer);
   if (log.reason.empty()) log.reason = rig.whyEnded();
-  log.odometry = rig.odometry();
+  if (keep == Keep::everything) log.odometry = rig.odometry();
   observer.finish(log);
   addUnexcitedEvents(log);
   return log;

@@ -48,6 +48,12 @@ void checkGoal(const Scenario& s, const Refuse& refuse) {
     }
     return;
   }
+  if (s.control.taught != kTaughtAtStart && s.target.type != TargetKind::wall) {
+    refuse("control.taught", "is for target.type: wall");
+  }
+  if (!desired.empty() && s.target.type == TargetKind::wall) {
+    refuse("control.desired", "the corners of a wall have no order; give robot.goal");
+  }
   if (s.robot.goal.has_value() == !desired.empty()) {
     refuse(desired.empty() ? "robot.goal" : "control.desired",
            "expected exactly one of robot.goal (a pose) and control.desired (pixels)");

@@ -83,6 +83,12 @@ void describe(Fields& f, ControlOptions& control) {
           "regulation: the coupled law (22), whose proof covers observer and robot at once; false: "
           "the observer does not know of the robot"},
          control.coupled);
+  f.text(
+      {"taught",
+       "folder of a goal that `depthservo teach` wrote at `robot.goal` before the same walls, from "
+       "the current folder or that of the scenario; `start`: the image seen from `robot.goal` is "
+       "taught at the start"},
+      control.taught);
   f.rows({"desired", "desired [u, v] of every point, in the image, instead of `robot.goal`"},
          control.desired, {-1e5, 1e5}, "px");
 }

@@ -129,7 +129,7 @@ void describe(Fields& f, RobotFile& file) {
   describeLimits(f, file.robot);
   f.section({"safety", "when the robot is stopped (doc/servo.md)"},
             [&](Fields& safety) { describe(safety, file.safety); });
-  f.section({"control", "how the robot is steered; without `desired` and `profile`"},
+  f.section({"control", "how the robot is steered; without `desired`, `taught` and `profile`"},
             [&](Fields& control) { describe(control, file.control); });
 }
 
@@ -150,6 +150,8 @@ RobotFile readRobotFile(const std::string& path) {
     refuse("control.law", "a robot is steered to a taught goal by vpServo or task");
   }
   if (!file.control.desired.empty()) refuse("control.desired", "the goal is taught: remove it");
+  if (file.control.taught != kTaughtAtStart)
+    refuse("control.taught", "the goal is that of --goal: remove it");
   return file;
 }
 

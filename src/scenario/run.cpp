@@ -6,8 +6,10 @@
 
 #include "depthservo/rig/SequenceRecorder.h"
 #include "depthservo/scenario/observationOf.h"
+#include "depthservo/scenario/recordedLaw.h"
 #include "depthservo/servo/ServoLoop.h"
 #include "observation/ObserverSetup.h"
+#include "scenario/taughtWalls.h"
 
 namespace depthservo {
 namespace {
@@ -29,8 +31,14 @@ void requireInView(const std::vector<TruePoint>& points, const Scenario& scenari
   }
 }
 
-ServoGoal goalOf(const Scenario& scenario, const SimulatedRig& rig) {
+ServoGoal goalOf(const Scenario& scenario, const SimulatedRig& rig,
+                 const std::optional<TaughtWalls>& walls) {
   ServoGoal goal;
+  if (walls) {
+    goal = walls->goal.servoGoal(scenario.depth.initial);
+    goal.cdMo = rig.cdMo();
+    return goal;
+  }
   goal.pixels = scenario.control.desired;
   goal.Z.assign(goal.pixels.size(), scenario.depth.initial);
   if (!scenario.robot.goal) return goal;
@@ -47,15 +55,19 @@ ServoGoal goalOf(const Scenario& scenario, const SimulatedRig& rig) {
 /// A run under way.
 class Run {
  public:
-  explicit Run(const Scenario& scenario) : scenario_(scenario), rig_(scenario, scenario.file) {
-    if (scenario.target.type == TargetKind::wall) {
-      throw InputError({scenario.file, 0, "target.type"},
-                       "a wall has no points of its own: it is for depthservo robot, with a taught "
-                       "goal (doc/servo.md)");
+  explicit Run(const Scenario& scenario)
+      : scenario_(scenario),
+        walls_(wallsOf(scenario)),
+        rig_(walls_ ? walls_->rig : static_cast<const SimulatedRigOptions&>(scenario),
+             scenario.file) {
+    if (walls_) {
+      rig_.teach(walls_->goal.toFind().taught);
+    } else {
+      requireInView(rig_.truth(), scenario, "robot.initial");
     }
-    requireInView(rig_.truth(), scenario, "robot.initial");
     observation_ = observationOf(scenario, rig_);  // now: a moving target takes the goal along
-    loop_.emplace(rig_, observation_, scenario.control, goalOf(scenario, rig_));
+    goal_ = goalOf(scenario, rig_, walls_);
+    loop_.emplace(rig_, observation_, scenario.control, goal_);
   }
 
   RunLog finish(RunWatcher* watcher) {
@@ -69,11 +81,19 @@ class Run {
 
   const SimulatedRig& rig() const { return rig_; }
   const ObservationOptions& observation() const { return observation_; }
+  const ServoGoal& goal() const { return goal_; }
 
  private:
+  static std::optional<TaughtWalls> wallsOf(const Scenario& scenario) {
+    if (scenario.target.type != TargetKind::wall) return std::nullopt;
+    return teachWalls(scenario);
+  }
+
   const Scenario& scenario_;
+  std::optional<TaughtWalls> walls_;
   SimulatedRig rig_;
   ObservationOptions observation_;
+  ServoGoal goal_;
   std::optional<ServoLoop> loop_;
 };
 
@@ -89,7 +109,9 @@ ObservationOptions observationOf(const Scenario& scenario, const SimulatedRig& r
     options.depth.pose.kc = scenario.control.kc;
   }
   options.pixelNoise_px = scenario.sensing.assumedNoise_px();
-  options.isPixelNoiseGiven = true;
+  const bool isMeasured =
+      scenario.target.type == TargetKind::wall && scenario.sensing.source == SensingSource::image;
+  options.isPixelNoiseGiven = !isMeasured || scenario.sensing.assumed_noise;
   options.odometryNoise = scenario.odometry.declaredNoise();
   options.odometryScaleSigma = scenario.odometry.scale_sigma;
   options.focalSigma = scenario.camera.focal_sigma;
@@ -100,6 +122,8 @@ RunLog run(const Scenario& scenario, RunWatcher* watcher) { return Run(scenario)
 
 RunLog record(const Scenario& scenario, const std::string& folder, RunWatcher* watcher) {
   SequenceRecorder recorder(folder, watcher);
+  const bool keepsLaw = canBeReplayed(scenario.control, scenario.robot.type);
+  if (keepsLaw) recorder.keepCommands();
   Run run(scenario);
   RunLog log = run.finish(&recorder);
   const ObservedSource& source = run.rig().source();
@@ -112,6 +136,8 @@ RunLog record(const Scenario& scenario, const std::string& folder, RunWatcher* w
                             replayYaml(observation)};
   settings.tags = target.tags;
   settings.rows = log.rows;
+  settings.taught = target.taught;
+  if (keepsLaw) addLaw(settings, {scenario.robot, {}, scenario.control}, run.goal());
   recorder.finish(settings);
   return log;
 }

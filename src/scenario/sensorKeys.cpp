@@ -72,6 +72,10 @@ void describe(Fields& f, SensingOptions& sensing) {
       {{SensingSource::geometry, "geometry"}, {SensingSource::image, "image"}});
   f.choice({"tracker", "must agree with `target.type`", kOptional, "as `target.type`"},
            sensing.tracker, trackerWords());
+  f.integer({"corners",
+             "natural corners of a wall that are followed, at most: spread over the image from "
+             "`robot.goal`, and seen from `robot.initial`, too"},
+            sensing.corners, {8, 64}, "");
   f.number({"pixel_noise",
             "1 sigma per axis: a measured position is the true projection plus white noise. With "
             "images every dot is drawn displaced by it"},

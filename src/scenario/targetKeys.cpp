@@ -64,7 +64,7 @@ void describe(Fields& f, WallOptions& wall) {
 }  // namespace
 
 void describe(Fields& f, TargetOptions& target) {
-  f.choice({"type", "round dots, AprilTags, or textured walls (for `depthservo robot`)"},
+  f.choice({"type", "round dots, AprilTags, or textured walls with nothing but natural corners"},
            target.type, targetWords());
   const bool hasDots = target.type == TargetKind::dots;
   f.rows({"points",

@@ -10,10 +10,12 @@
 #include <filesystem>
 #include <sstream>
 
+#include "depthservo/sequence/CommandStream.h"
 #include "sequence/GrayImage.h"
 #include "sequence/rowMeanings.h"
 #include "sequence/twistLine.h"
 #include "text/TextFile.h"
+#include "text/TextTable.h"
 
 namespace depthservo {
 namespace {
@@ -24,7 +26,7 @@ namespace fs = std::filesystem;
 std::string exact(double value) { return fmt::format("{}", value); }
 std::string timeText(double time_s) { return fmt::format("{:.9f}", time_s); }
 
-constexpr const char* kTaughtFolder = "taught";
+constexpr const char *kTaughtFolder = "taught", *kGoalFolder = "goal";
 
 std::string cameraInfo(const PinholeCamera& camera) {
   const std::string fx = exact(camera.fx), fy = exact(camera.fy), cx = exact(camera.cx),
@@ -104,6 +106,38 @@ double fileTime(double time_s) {
   const double rest = scaled - nanoseconds + std::fma(time_s, kPerSecond, -scaled);
   if (std::abs(time_s) < kExact_s && std::abs(rest) < 0.5) return nanoseconds / kPerSecond;
   return detail::toNumber(timeText(time_s)).value_or(time_s);
+}
+
+std::string lawCommandHeader(const std::vector<std::string>& velocityNames) {
+  std::string header = "timestamp,at,rows";
+  for (const std::string& name : velocityNames) header += ',' + shortName(name);
+  return header + '\n';
+}
+
+std::string lawCommandLine(const LawCommand& command) {
+  std::string line =
+      fmt::format("{},{},{}", timeText(command.time_s), timeText(command.at_s), command.rows);
+  for (const double velocity : command.velocities) line += ',' + exact(velocity);
+  return line + '\n';
+}
+
+std::vector<LawCommand> readLawCommands(const std::string& file,
+                                        const std::vector<std::string>& velocityNames) {
+  constexpr detail::Range kVelocities{-1e6, 1e6};
+  std::vector<std::string> columns{"timestamp", "at", "rows"};
+  for (const std::string& name : velocityNames) columns.push_back(shortName(name));
+  detail::TextTable table(file, detail::TextTable::Style::csv, columns);
+  std::vector<LawCommand> commands;
+  while (table.next()) {
+    LawCommand command{table.time(), table.seconds(1), static_cast<std::size_t>(table.id(2)),
+                       Eigen::VectorXd(static_cast<Eigen::Index>(velocityNames.size()))};
+    for (std::size_t i = 0; i < velocityNames.size(); ++i) {
+      command.velocities[static_cast<Eigen::Index>(i)] =
+          table.number(3 + i, kVelocities, "m/s, rad/s");
+    }
+    commands.push_back(std::move(command));
+  }
+  return commands;
 }
 
 SequenceWriter::SequenceWriter(const std::string& folder) : folder_(folder) {
@@ -190,7 +224,13 @@ void SequenceWriter::addPose(double time_s, const Eigen::Isometry3d& wMc) {
   out << '\n';
 }
 
-void SequenceWriter::finish(const SequenceSettings& settings) {
+void SequenceWriter::addCommand(const LawCommand& command,
+                                const std::vector<std::string>& velocityNames) {
+  file("commands.csv", lawCommandHeader(velocityNames)) << lawCommandLine(command);
+}
+
+/// What has a folder of its own.
+void SequenceWriter::writeBelow(const SequenceSettings& settings) const {
   if (settings.taught) {
     SequenceWriter taught((fs::path(temporary_) / kTaughtFolder).string());
     taught.addImage(0, settings.taught->image);
@@ -200,6 +240,18 @@ void SequenceWriter::finish(const SequenceSettings& settings) {
     }
     taught.finish({kTaughtFolder, settings.camera, {}, {}, ""});
   }
+  if (settings.goal.empty()) return;
+  SequenceWriter goal((fs::path(temporary_) / kGoalFolder).string());
+  for (std::size_t i = 0; i < settings.goal.size(); ++i) {
+    goal.addTrack(0, settings.goal[i]);
+    goal.addTruth(0, {settings.goal[i].id, settings.goalZ[i]});
+  }
+  goal.finish({kGoalFolder, settings.camera, {}, {}, ""});
+}
+
+void SequenceWriter::finish(const SequenceSettings& settings) {
+  writeBelow(settings);
+  if (!settings.robot.empty()) file("robot.yaml", settings.robot);
   file("camera.yaml", cameraInfo(settings.camera));
   file("sequence.yaml", sequenceYaml(settings));
   for (auto& [name, out] : files_) {

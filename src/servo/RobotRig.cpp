@@ -293,7 +293,7 @@ void RobotRig::command(const Eigen::VectorXd& velocities) {
   }
   p.wantedImage_s = p.image_s;
   p.busySince_s = kUnknown;
-  if (p.isSystemClock) p.counts.latencies_s.push_back(systemTime_s() - p.image_s);
+  if (p.isSystemClock) p.counts.latency.add(systemTime_s() - p.image_s);
   if (p.options.isLockstep) {
     p.step();
     p.write();

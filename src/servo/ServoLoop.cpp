@@ -54,7 +54,8 @@ struct ServoLoop::Parts : Rig::Listener {
   std::string activity;         // of the law
   Eigen::VectorXd lastCommand;  // while tracking, at full speed
   std::optional<OutcomeJudge::Verdict> verdict;
-  std::vector<double> controlTimes;  // [s]
+  LastLaps controlTimes;  // [s]
+  bool hasBegun = false;  // the robot has followed a command
   RunLog log;
 };
 
@@ -82,7 +83,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
   p.log.outcome = p.verdict->outcome;
   p.log.reason = p.verdict->reason;
   p.observer.finish(p.log);
-  p.log.timings.emplace_back("control", std::move(p.controlTimes));
+  p.log.timings.emplace_back("control", p.controlTimes.take());
   addUnexcitedEvents(p.log);
   return std::move(p.log);
 }
@@ -100,6 +101,8 @@ bool ServoLoop::Parts::onExposure(double time_s, const std::vector<TruePoint>& t
 }
 
 void ServoLoop::Parts::process(const Exposure& exposure) {
+  hasBegun = hasBegun || !rig.isHeld();
+  if (!hasBegun) forgetTheOld(log);
   rig.readOdometry(observer.odometry(), exposure.time_s);
   FrameRecord frame = observer.observe(exposure);
   rig.describe(frame);
@@ -125,7 +128,7 @@ Eigen::VectorXd ServoLoop::Parts::control(FrameRecord& frame) {
   }
   if (!log.goals.empty()) frame.error_px = imageError();
   lastCommand = commandOf(frame);
-  controlTimes.push_back(watch.lap());
+  controlTimes.add(watch.lap());
   return lastCommand * governor.speed();
 }
 

@@ -62,6 +62,7 @@ class RobotPair {
   static double now_s();  ///< of the system's clock
 
   std::string path(const std::string& name) const { return folder_ / name; }
+  std::string fileText(const std::string& name) const { return folder_.read(name); }
 
  private:
   pid_t launch(const std::string& command, const std::string& name) const;

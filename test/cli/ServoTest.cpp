@@ -61,6 +61,26 @@ TEST(Servo, replay_of_its_record_gives_the_same_estimates) {
       depthservo("replay " + pair.path("record") + " --out " + pair.path("replayed"));
   ASSERT_EQ(replay.exitCode, 0) << replay.err;
   expectSameEstimates(pair.path("out"), pair.path("replayed"), 0);
+
+  // And the same commands, byte for byte; the other law, which this robot cannot have, is refused.
+  const std::string again = "replay " + pair.path("record") + " --json --law ";
+  const Result law = depthservo(again + "recorded --commands " + pair.path("again.csv"));
+  ASSERT_EQ(law.exitCode, 0) << law.err;
+  EXPECT_GT(law.json()["law"]["same"], 60);
+  EXPECT_EQ(pair.fileText("again.csv"), pair.fileText("record/commands.csv"));
+  EXPECT_NE(law.err.find("are the same to the last bit"), std::string::npos) << law.err;
+  const Result constant = depthservo(again + "vpServo --estimator constant");
+  EXPECT_EQ(constant.exitCode, 0) << constant.err;
+  EXPECT_LT(constant.json()["law"]["same"], constant.json()["law"]["recorded"]);
+  EXPECT_GT(constant.json()["law"]["greatest_difference"][0], 1e-3);
+  EXPECT_EQ(depthservo(again + "recorded --estimator constant").exitCode, 1);
+  expectRefused(depthservo(again + "task"), {"task"});
+  expectRefused(depthservo(again + "tusk"), {"--law", "task"});
+  expectRefused(depthservo("replay " + pair.path("seen") + " --law recorded --commands " +
+                           pair.path("again.csv")),
+                {"again.csv", "exists already"});
+  std::filesystem::remove(pair.path("record/commands.csv"));
+  expectRefused(depthservo(again + "recorded"), {"record", "commands.csv", "servo --record"});
 }
 
 TEST(Servo, refuses_what_cannot_be_used_in_one_line) {

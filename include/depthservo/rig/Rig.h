@@ -41,7 +41,7 @@ class Rig {
   /// Adds the rows that are known by now and matter for an image of this time [s].
   virtual void readOdometry(MotionBuffer& odometry, double time_s) = 0;
 
-  /// All rows handed over so far.
+  /// All rows handed over so far; of a run without end at least those of the last image.
   virtual const std::vector<OdometryRow>& odometry() const = 0;
 
   /// Velocities that the robot shall have from now on. A recorded one ignores them.

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <memory>
 #include <string>
-#include <vector>
 
+#include "depthservo/rig/DurationHistogram.h"
 #include "depthservo/rig/SimulatedRigOptions.h"
 
 namespace depthservo {
@@ -27,8 +27,8 @@ struct RobotServerReport {
   std::size_t watchdogStops = 0;          ///< times that it stopped for want of a command
   double duration_s = 0;                  ///< of its own clock
   /// From the time of an image to the arrival of the first command that follows from it, for each
-  /// that had one; real time only [s].
-  std::vector<double> latencies_s;
+  /// that had one; real time only.
+  DurationHistogram latency;
   Eigen::Vector3d pose = Eigen::Vector3d::Zero();  ///< x, y [m], theta [rad] at the end
   Eigen::VectorXd velocity;                        ///< then
   double goalError_px = 0;  ///< rms distance of the points to those seen from robot.goal; NaN: none

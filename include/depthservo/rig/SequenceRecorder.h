@@ -15,13 +15,18 @@ class SequenceRecorder : public RunWatcher {
   explicit SequenceRecorder(const std::string& folder, RunWatcher* next = nullptr)
       : writer_(folder), next_(next) {}
 
+  /// From now on commands are written, too.
+  void keepCommands() { keepsCommands_ = true; }
+
   bool onFrame(const RunFrame& frame) override;
   void finish(const SequenceSettings& settings) { writer_.finish(settings); }
 
  private:
   SequenceWriter writer_;
   RunWatcher* next_;
+  bool keepsCommands_ = false;
   std::size_t rows_ = 0;
+  double lastRow_s_ = kUnknown;
 };
 
 }  // namespace depthservo

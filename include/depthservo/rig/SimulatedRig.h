@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "depthservo/rig/Rig.h"
 #include "depthservo/rig/SimulatedRigOptions.h"
@@ -30,6 +32,15 @@ class SimulatedRig : public Rig {
   std::vector<TruePoint> truthAtGoal()
       const;                       ///< seen from robot.goal, which the options must have
   Eigen::Isometry3d cdMo() const;  ///< pose of the target in the camera there
+
+  /// What the camera sees from another pose of the robot, before walls; with the noise of an image
+  /// that is not among those of the run.
+  void lookFrom(const RobotPose& pose, DEPTHSERVO_VISP vpImage<unsigned char>& image);
+  /// Where in the object frame that is what it sees at a pixel; none: no wall. \param pixels (u, v)
+  std::vector<std::optional<Eigen::Vector3d>> seenFrom(
+      const RobotPose& pose, const std::vector<Eigen::Vector2d>& pixels) const;
+  /// The points of the target, by the image in which they were shown. Before the rig is observed.
+  void teach(std::shared_ptr<const TaughtImage> taught);
 
  private:
   struct Parts;

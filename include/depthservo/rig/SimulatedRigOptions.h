@@ -62,6 +62,7 @@ struct SensingOptions {
   SensingSource source = SensingSource::image;
   TargetKind tracker = TargetKind::dots;  ///< must be target.type
   double pixel_noise = 0;                 ///< 1 sigma per axis of every measured position [px]
+  int corners = 24;  ///< of a wall that are followed, at most, spread over the taught image
   std::optional<double>
       assumed_noise;  ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
   std::vector<HiddenPeriod> hidden;

@@ -29,6 +29,10 @@ enum class Keep {
 /// Adds one image to the log.
 void append(RunLog& log, FrameRecord frame, const Exposure& exposure, Keep keep);
 
+/// Lets go of all events and of what lies back by more than some 300 frames, now and then, so that
+/// a run without end does not grow. Frames are fewer then than before.
+void forgetTheOld(RunLog& log);
+
 /// Adds what the rig and the observer have to say.
 void takeEvents(RunLog& log, Rig& rig, Observer& observer);
 

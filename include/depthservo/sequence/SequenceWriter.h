@@ -31,7 +31,25 @@ struct SequenceSettings {
   std::optional<AprilTagTarget> tags = {};  ///< instead of the target
   RowMeaning rows = RowMeaning::hold;              ///< of the odometry
   std::shared_ptr<const TaughtImage> taught = {};  ///< goes into a folder of its own
+  std::vector<PixelPoint> goal = {};               ///< of a law whose commands are kept
+  std::vector<double> goalZ = {};                  ///< by point [m]
+  std::string robot = {};                          ///< robot.yaml, for the same law; may be empty
 };
+
+/// What a law commanded after an image.
+struct LawCommand {
+  double time_s = 0;           ///< of the image
+  double at_s = 0;             ///< by the clock of the images: later where they come late [s]
+  std::size_t rows = 0;        ///< of odometry that were known then
+  Eigen::VectorXd velocities;  ///< n, finite
+};
+
+/// Lines of commands.csv. \param velocityNames "v [m/s]"
+std::string lawCommandHeader(const std::vector<std::string>& velocityNames);
+std::string lawCommandLine(const LawCommand& command);
+/// \throw InputError it is not there, or not of this many velocities
+std::vector<LawCommand> readLawCommands(const std::string& file,
+                                        const std::vector<std::string>& velocityNames);
 
 /// Writes a folder that Sequence reads: times with 9 decimals, values with the digits (up to 17)
 /// that bring every double back exactly, images as PNG.
@@ -52,6 +70,7 @@ class SequenceWriter {
   void addTruth(double time_s, const TrueDepth& depth);
   void addOdometry(double time_s, const Twist& twist);
   void addPose(double time_s, const Eigen::Isometry3d& wMc);
+  void addCommand(const LawCommand& command, const std::vector<std::string>& velocityNames);
 
   /// Writes camera.yaml and sequence.yaml and makes the folder appear.
   void finish(const SequenceSettings& settings);
@@ -59,6 +78,7 @@ class SequenceWriter {
  private:
   std::ofstream& file(const std::string& name, const std::string& header);
   void check(const std::ofstream& out, const std::string& name) const;
+  void writeBelow(const SequenceSettings& settings) const;
 
   InterruptWatch watch_;
   std::string folder_, temporary_;  // temporary_ is empty once finished

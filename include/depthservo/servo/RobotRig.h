@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/rig/DurationHistogram.h"
 #include "depthservo/rig/LiveRig.h"
 #include "depthservo/robots/RobotOptions.h"
 #include "depthservo/sequence/CommandStream.h"
@@ -32,8 +33,8 @@ struct RobotRigCounts {
   std::size_t images = 0;
   std::size_t empty = 0, frozen = 0;  ///< left out: black, or of one shade; the one before again
   std::size_t commands = 0, unwritten = 0;
-  /// From the time of an image to its command, where images carry the system's clock [s].
-  std::vector<double> latencies_s;
+  /// From the time of an image to its command, where images carry the system's clock.
+  DurationHistogram latency;
 };
 
 /// A real robot: a LiveRig whose commands go through Safety to a CommandWriter.

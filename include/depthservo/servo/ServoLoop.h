@@ -23,6 +23,9 @@ namespace depthservo {
 /// - the camera comes closer than Z_min: `collision`;
 /// - the robot has all but stopped and the image error, still too large, does not shrink:
 /// `stalled`.
+///
+/// Until the robot has been free to move, the log has the last images only: who does not arm it
+/// can wait for days.
 class ServoLoop {
  public:
   /// \param rig with a robot; outlives the loop \param goal of the points 0..n-1, or empty for a

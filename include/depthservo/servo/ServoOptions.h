@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "depthservo/features/FeaturePoint.h"
@@ -24,6 +25,8 @@ struct ExciteOptions {
   double limit = 40;    ///< by which it may displace a point in the image while it lasts [px]
 };
 
+constexpr const char* kTaughtAtStart = "start";
+
 struct ControlOptions {
   double gain = 0.57;        ///< lambda [1/s]
   double gain_in_doubt = 1;  ///< factor of it while a depth is vague and the way is long [-]
@@ -41,6 +44,8 @@ struct ControlOptions {
   VelocityProfile profile;               ///< of the robot, for the law of this name
   double kc = 1;                         ///< gain of the law regulation [1/s]
   bool coupled = false;                  ///< regulation: the coupled law of Ibuki et al. 2023
+  /// Folder of a goal that teach wrote; `start`: what is seen from robot.goal, taught at the start.
+  std::string taught = kTaughtAtStart;
   std::vector<Eigen::Vector2d> desired;  ///< desired pixels (u, v); empty: seen from robot.goal
 };
 
