@@ -18,7 +18,7 @@ using detail::Verdict;
 using Phase = FilterPoint::Phase;
 
 /// The shared constants stay within this many sigma of their priors.
-constexpr double kFarthest = 6;
+constexpr double kMostSigmas = 6;
 
 /// Measurements over which their innovations are averaged.
 constexpr double kRemembered = 200;
@@ -71,7 +71,7 @@ void SharedErrorFilter::correct(const std::vector<PointObservation>& observation
 /// The points alone follow what has been learnt of the constants.
 void SharedErrorFilter::moveAlone() {
   for (int i = 0; i < constants_; ++i) {
-    const double limit = kFarthest * priorOf(i);
+    const double limit = kMostSigmas * priorOf(i);
     const double middle = calibrated(i);
     values_(i) = std::clamp(values_(i), middle - limit, middle + limit);
   }

@@ -20,14 +20,14 @@ constexpr double kLostSigma = 0.1;
 constexpr double kLargestTangent = 1e6;
 
 /// Farthest target [m] that still counts as an estimate.
-constexpr double kFarthest = 1e9;
+constexpr double kFarthest_m = 1e9;
 
 constexpr int kMostCouplingSteps = 1000;
 
 double squared(double x) { return x * x; }
 
 bool isPose(const Eigen::Isometry3d& g) {
-  if (!g.matrix().allFinite() || !(g.translation().norm() < kFarthest)) return false;
+  if (!g.matrix().allFinite() || !(g.translation().norm() < kFarthest_m)) return false;
   const Eigen::Matrix3d R = g.linear();
   return (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-6 &&
          R.determinant() > 0;
@@ -187,7 +187,7 @@ void VisualMotionObserver::letDrift(const UnknownPart& unknown) {
   constexpr double kSigmasOfBound = 2;
   const double turned = std::min(unknown.angle_rad / kSigmasOfBound, kLargestRotation);
   const double moved =
-      std::min(unknown.distance_m / kSigmasOfBound + turned * cMo_.translation().norm(), kFarthest);
+      std::min(unknown.distance_m / kSigmasOfBound + turned * cMo_.translation().norm(), kFarthest_m);
   C_ = covariance(corrected_);
   for (int i = 0; i < 6; ++i) {
     const double sigma = std::sqrt(std::max(0.0, C_(i, i)));
@@ -237,7 +237,7 @@ void VisualMotionObserver::correct(const std::vector<PointObservation>& observat
 }
 
 bool VisualMotionObserver::correctPose(const Eigen::Isometry3d& cMo, const Matrix6d& covariance) {
-  if (!isPose(cMo) || !(covariance.norm() < kFarthest)) return false;
+  if (!isPose(cMo) || !(covariance.norm() < kFarthest_m)) return false;
   isOnImage_ = false;
   detail::PoseStep step;
   step.covariance = covariance;
