@@ -53,6 +53,8 @@ constexpr Words kWords[] = {
     {Cause::slip, "slip", "", "wheels that slip", 100,
      "slip: the wheels slip by about %.1f %% of the speed (1 sigma; evidence %.0f sigma, mean NIS "
      "%.2f of %d values); declare it in an error profile, or drive more smoothly"},
+    {Cause::poseNoise, "pose-noise", "m", nullptr, 1e3,
+     "pose noise: the poses that tell the motion err by about %.1f mm (mean NIS %.2f of %d values)"},
     {Cause::noData, "no-data", "", nullptr, 1,
      "not judged: only %d measurements could be compared with the odometry"},
 };
@@ -87,6 +89,8 @@ std::string ConsistencyMonitor::Diagnosis::message() const {
     std::snprintf(text, sizeof text, sentence, meanNis, values);
   } else if (cause == Cause::noData) {
     std::snprintf(text, sizeof text, sentence, values + rejected);
+  } else if (cause == Cause::poseNoise) {
+    std::snprintf(text, sizeof text, sentence, words.scale * size, meanNis, values);
   } else if (isMotion()) {
     std::snprintf(text, sizeof text, sentence, rejected, rejected + values);
   } else {

@@ -80,6 +80,7 @@ struct Observer::Parts {
     return estimate.Z() >= range.Z_max * (1 - kAtEnd) || estimate.Z() <= range.Z_min * (1 + kAtEnd);
   }
   void judgeRange(RunLog& log) const;
+  void judgePoses(RunLog& log) const;
 
   ObserverSetup setup;
   std::unique_ptr<PointSetEstimator> estimator;
@@ -335,18 +336,37 @@ void Observer::Parts::judgeRange(RunLog& log) const {
       held, setup.ids.size(), range.Z_min, range.Z_max);
 }
 
+/// Poses that err much more than the profile allows, whatever is said of the innovations: the filter
+/// reckons with what was learnt.
+void Observer::Parts::judgePoses(RunLog& log) const {
+  constexpr double kMuch = 3;
+  if (!log.diagnosis || log.diagnosis->isFault() || !log.noise) return;
+  const ErrorProfile& allowed = *setup.estimator.errors;
+  const double position_m = log.noise->position_m.sigma(), angle_rad = log.noise->angle_rad.sigma();
+  if (position_m <= kMuch * allowed.position_m && angle_rad <= kMuch * allowed.angle_rad) return;
+  log.diagnosis->latest.cause = ConsistencyMonitor::Cause::poseNoise;
+  log.diagnosis->latest.size = position_m;
+  log.diagnosis->latest.rival = ConsistencyMonitor::Cause::none;
+  log.diagnosis->first_s = lastTime_s;
+  log.diagnosis->explanation = fmt::format(
+      "The profile allows {:.2g} mm and {:.2g} mrad, learnt were {:.2g} mm and {:.2g} mrad; sigma "
+      "reckons with that, and depths are as vague as the poses are",
+      1e3 * allowed.position_m, 1e3 * allowed.angle_rad, 1e3 * position_m, 1e3 * angle_rad);
+}
+
 void Observer::finish(RunLog& log) {
   Parts& p = *parts_;
   if (p.targetPose) log.odometry = std::move(p.rowsByTarget);
   if (p.diagnosis) log.diagnosis = p.diagnosis->result();
+  if (p.learner && p.learner->isLearnt()) log.noise = p.learner->noise();
   p.judgeRange(log);
+  p.judgePoses(log);
   log.rows = p.setup.rows;
   log.profile = p.setup.profile;
   const EstimatorKind kind = p.setup.estimator.depth.estimator;
   const bool takesErrors = kind == EstimatorKind::filter || kind == EstimatorKind::joint;
   if (takesErrors) log.errors = p.setup.estimator.errors;
   log.joint = jointStatesOf(*p.estimator);
-  if (p.learner && p.learner->isLearnt()) log.noise = p.learner->noise();
   log.frameRate = p.frameRate.report();
   if (p.tags) log.tags = p.tags->results();
   log.isDepthObserved = kind != EstimatorKind::constant;

@@ -4,8 +4,8 @@
 
 #include "depthservo/text/InputError.h"
 #include "robots/makeRobot.h"
-#include "scenario/KeyTree.h"
 #include "scenario/keys.h"
+#include "text/KeyTree.h"
 
 namespace depthservo {
 namespace {

@@ -1,8 +1,11 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "cli/Tool.h"
+#include "support/Random.h"
 #include "support/TemporaryFolder.h"
 
 namespace depthservo::test {
@@ -147,6 +150,37 @@ TEST(Joint, refuses_what_it_cannot_learn_and_estimators_it_is_not_for) {
     EXPECT_EQ(result.exitCode, 2) << arguments;
     EXPECT_NE(result.err.find("--joint"), std::string::npos) << result.err;
   }
+}
+
+/// What the diagnosis says where the poses that tell the motion err by so much per axis [m].
+std::string causeWithPoses(const TemporaryFolder& folder, double sigma_m) {
+  const std::string name = fmt::format("poses-{}", sigma_m);
+  record(data("scenarios/robots/wheeled.yaml") +
+             " --set seed=3 --set duration=8 --set sensing.latency=0 --set sensing.stamp_jitter=0 "
+             "--set robot.mount_drawn=0 --set camera.focal_drawn=0",
+         (folder / name).string());
+  std::istringstream lines(folder.read(name + "/groundtruth.txt"));
+  Random random(1);
+  std::string noisy;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream pose(line);
+    double t, x, y, z;
+    std::string rotation;
+    if (!(pose >> t >> x >> y >> z) || !std::getline(pose, rotation)) continue;
+    const auto off = [&] { return random.normal(sigma_m); };
+    noisy += fmt::format("{:.9f} {} {} {}{}\n", t, x + off(), y + off(), z + off(), rotation);
+  }
+  folder.write(name + "/groundtruth.txt", noisy);
+  const Result result =
+      depthservo("replay " + (folder / name).string() + " --motion groundtruth --prior 3 --json");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  return result.json()["diagnosis"]["cause"];
+}
+
+TEST(SelfDiagnosis, names_poses_that_err_much_more_than_the_profile_allows) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(causeWithPoses(folder, .002), "none");
+  EXPECT_EQ(causeWithPoses(folder, .03), "pose-noise");
 }
 
 }  // namespace

@@ -58,12 +58,14 @@ class ConsistencyMonitor {
     poseConvention,  ///< the same, and explained by poses of another convention
     mount,   ///< the camera is mounted otherwise than said; size: angle [rad]. Not of this monitor
     slip,    ///< the wheels slip; size: 1 sigma, a share of the speed [-]. Not of this monitor
+    poseNoise,  ///< poses that tell the motion err more than allowed; size: 1 sigma per axis [m].
+                ///< Not of this monitor
     noData,  ///< too few measurements could be compared; size: their number
   };
 
   /// As printed: none | latency | gyro-bias | focal-length | moving-target | outliers | noise |
   /// motion | frame | clock | unit | pose-convention | mount | slip |
-  /// no-data.
+  /// pose-noise | no-data.
   static const char* toString(Cause cause);
   /// Unit of the size: "s", "rad/s", "rad", "m/s" or "" for ratios and numbers.
   static const char* unitOf(Cause cause);
