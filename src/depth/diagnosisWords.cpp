@@ -54,7 +54,8 @@ constexpr Words kWords[] = {
      "slip: the wheels slip by about %.1f %% of the speed (1 sigma; evidence %.0f sigma, mean NIS "
      "%.2f of %d values); declare it in an error profile, or drive more smoothly"},
     {Cause::poseNoise, "pose-noise", "m", nullptr, 1e3,
-     "pose noise: the poses that tell the motion err by about %.1f mm (mean NIS %.2f of %d values)"},
+     "pose noise: the poses that tell the motion err by about %.1f mm (mean NIS %.2f of %d "
+     "values)"},
     {Cause::noData, "no-data", "", nullptr, 1,
      "not judged: only %d measurements could be compared with the odometry"},
 };

@@ -96,7 +96,7 @@ struct Level {
 
 /// Depths that are known without odometry.
 struct KnownDepths {
-  std::size_t images = 0;                // so many were taken by then
+  std::size_t images = 0;                 // so many were taken by then
   std::vector<std::pair<int, double>> Z;  // by id [m]; empty: none
   double sigma = 0;                       // relative, common to all
   bool isByFocal = false;                 // they grow with the true focal length
@@ -130,8 +130,7 @@ struct KnownDepths {
     for (const TrackedPoint& point : points) {
       squares += (Eigen::Vector2d(point.u, point.v) - middle).squaredNorm();
       noise_px = std::max(noise_px, point.sigma_px);
-      Z.emplace_back(point.id,
-                     (pose->cMo * target.points[static_cast<std::size_t>(point.id)]).z());
+      Z.emplace_back(point.id, (pose->cMo * target.points[static_cast<std::size_t>(point.id)]).z());
     }
     sigma = noise_px / std::sqrt(squares);
     isByFocal = true;

@@ -183,12 +183,11 @@ void MotionBuffer::forEachPart(double t0_s, double t1_s, const Part& part) const
 
 /// Whether the row after row i is at hand and no hole is between them.
 bool MotionBuffer::isFollowed(std::size_t i) const {
-  return i + 1 < size_ && row(i + 1).isKnown &&
-         row(i + 1).time_s - row(i).time_s <= longestHold();
+  return i + 1 < size_ && row(i + 1).isKnown && row(i + 1).time_s - row(i).time_s <= longestHold();
 }
 
-/// Change of the twist in the time from row i to the next, as far as the rows up to that say: to its
-/// sample, or as much as the mean differs from that of the row before.
+/// Change of the twist in the time from row i to the next, as far as the rows up to that say: to
+/// its sample, or as much as the mean differs from that of the row before.
 Vector6d MotionBuffer::changeIn(std::size_t i) const {
   if (meaning_ == RowMeaning::instant) return row(i + 1).twist.vector() - row(i).twist.vector();
   if (i == 0 || !isFollowed(i - 1)) return Vector6d::Zero();
@@ -207,13 +206,13 @@ Twist MotionBuffer::twistIn(std::size_t i, double from_s, double to_s) const {
 }
 
 /// With a change by d at a time that is uniform over the period T: between two samples the twist
-/// differs from the straight line as a Brownian bridge does; of a row with a known mean the integral
-/// is right again at the end; what goes on from the newest row does not come back.
+/// differs from the straight line as a Brownian bridge does; of a row with a known mean the
+/// integral is right again at the end; what goes on from the newest row does not come back.
 WithinRows MotionBuffer::within(std::size_t i, double from_s, double to_s) const {
   if (meaning_ == RowMeaning::hold) return {};
   const bool isNewest = !isFollowed(i);
   if (isNewest && (i == 0 || !isFollowed(i - 1))) return {};  // nothing is known of changes
-  const std::size_t last = isNewest ? i - 1 : i;  // that is known whole
+  const std::size_t last = isNewest ? i - 1 : i;              // that is known whole
   const double T = row(last + 1).time_s - row(last).time_s;
   const double a = (from_s - row(i).time_s) / T, b = (to_s - row(i).time_s) / T, l = b - a;
   const double onwards = l * l * a + l * l * l / 3;

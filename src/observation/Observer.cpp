@@ -336,14 +336,22 @@ void Observer::Parts::judgeRange(RunLog& log) const {
       held, setup.ids.size(), range.Z_min, range.Z_max);
 }
 
-/// Poses that err much more than the profile allows, whatever is said of the innovations: the filter
-/// reckons with what was learnt.
+/// Poses that err clearly more than the profile allows. Where they err anew in each image nothing
+/// else that was found with the profile counts; what lasts may have other causes.
 void Observer::Parts::judgePoses(RunLog& log) const {
-  constexpr double kMuch = 3;
-  if (!log.diagnosis || log.diagnosis->isFault() || !log.noise) return;
+  if (!log.diagnosis || !log.noise) return;
   const ErrorProfile& allowed = *setup.estimator.errors;
-  const double position_m = log.noise->position_m.sigma(), angle_rad = log.noise->angle_rad.sigma();
-  if (position_m <= kMuch * allowed.position_m && angle_rad <= kMuch * allowed.angle_rad) return;
+  bool exceeds = false, isAnew = false;
+  const auto judge = [&](const NoiseLevel& learnt, double sigma) {
+    constexpr double kClearly = 1.5;  // levels are learnt to 15 %
+    if (learnt.sigma() <= kClearly * sigma) return learnt.sigma();
+    exceeds = true;
+    isAnew = isAnew || learnt.white > learnt.lasting.sigma;
+    return learnt.sigma();
+  };
+  const double position_m = judge(log.noise->position_m, allowed.position_m);
+  const double angle_rad = judge(log.noise->angle_rad, allowed.angle_rad);
+  if (!exceeds || (log.diagnosis->isFault() && !isAnew)) return;
   log.diagnosis->latest.cause = ConsistencyMonitor::Cause::poseNoise;
   log.diagnosis->latest.size = position_m;
   log.diagnosis->latest.rival = ConsistencyMonitor::Cause::none;

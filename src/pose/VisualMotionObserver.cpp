@@ -186,8 +186,8 @@ Coverage VisualMotionObserver::advance(const MotionBuffer& odometry, double time
 void VisualMotionObserver::letDrift(const UnknownPart& unknown) {
   constexpr double kSigmasOfBound = 2;
   const double turned = std::min(unknown.angle_rad / kSigmasOfBound, kLargestRotation);
-  const double moved =
-      std::min(unknown.distance_m / kSigmasOfBound + turned * cMo_.translation().norm(), kFarthest_m);
+  const double moved = std::min(
+      unknown.distance_m / kSigmasOfBound + turned * cMo_.translation().norm(), kFarthest_m);
   C_ = covariance(corrected_);
   for (int i = 0; i < 6; ++i) {
     const double sigma = std::sqrt(std::max(0.0, C_(i, i)));

@@ -14,8 +14,8 @@ class RowQueue {
   void offer(const OdometryRow& row) { waiting_.push_back(row); }
 
   /// Adds the rows that begin before the image, as a robot has them by then; and a later one where
-  /// the last of them does not say how the camera went on, or would not hold that long, and the next
-  /// is known. Appends them to `used`.
+  /// the last of them does not say how the camera went on, or would not hold that long, and the
+  /// next is known. Appends them to `used`.
   void readInto(MotionBuffer& odometry, double time_s, std::vector<OdometryRow>& used) {
     const auto isNeeded = [&](const OdometryRow& row) {
       return row.time_s < time_s || !odometry.saysUntil(time_s) ||

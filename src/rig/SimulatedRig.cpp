@@ -81,9 +81,8 @@ std::optional<Exposure> SimulatedRig::next(Listener* listener) {
   Parts& p = *parts_;
   while (true) {
     const double coming_s = p.clock.time();
-    const double arrival_s = p.underway.empty()
-                                 ? std::numeric_limits<double>::infinity()
-                                 : p.arrivalOf(p.underway.front());
+    const double arrival_s = p.underway.empty() ? std::numeric_limits<double>::infinity()
+                                                : p.arrivalOf(p.underway.front());
     if (std::min(coming_s, arrival_s) > p.options.duration + kTimeSlack_s) return std::nullopt;
     if (arrival_s <= coming_s) {
       p.drive(fileTime(arrival_s), listener);

@@ -108,7 +108,8 @@ void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
     wheels_ += rolled(duration_s);
     moveTarget(until);
     time_s_ = until;
-    if (!holds && time_s_ == rowTime(rows_)) addRow(odometry.rows == RowMeaning::instant ? twist : meanTwist());
+    if (!holds && time_s_ == rowTime(rows_))
+      addRow(odometry.rows == RowMeaning::instant ? twist : meanTwist());
   }
 }
 

@@ -105,7 +105,7 @@ class World {
   Eigen::Vector2d disturbance_ = Eigen::Vector2d::Zero();  // of (v, w)
   Eigen::Vector2d wheels_ = Eigen::Vector2d::Zero();  // way of the left and of the right one [m]
   Eigen::Vector2d wheelsAtRow_ = Eigen::Vector2d::Zero();  // as the rows have told it
-  Twist way_;                                              // integral of the twist since the last row
+  Twist way_;  // integral of the twist since the last row
   std::vector<OdometryRow> odometry_;
 };
 

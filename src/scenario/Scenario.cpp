@@ -2,10 +2,10 @@
 
 #include "depthservo/text/InputError.h"
 #include "scenario/FieldReader.h"
-#include "text/KeyTree.h"
 #include "scenario/checks.h"
 #include "scenario/keys.h"
 #include "scenario/overrides.h"
+#include "text/KeyTree.h"
 
 namespace depthservo {
 namespace {

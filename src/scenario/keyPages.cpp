@@ -7,8 +7,8 @@
 #include <regex>
 
 #include "depthservo/text/InputError.h"
-#include "text/KeyTree.h"
 #include "scenario/keys.h"
+#include "text/KeyTree.h"
 
 namespace depthservo {
 namespace {

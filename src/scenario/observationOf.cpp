@@ -4,8 +4,8 @@
 #include <fmt/ranges.h>
 
 #include "scenario/FieldReader.h"
-#include "text/KeyTree.h"
 #include "scenario/keys.h"
+#include "text/KeyTree.h"
 
 namespace depthservo {
 namespace {

@@ -155,10 +155,11 @@ void describe(Fields& f, OdometryOptions& odometry) {
            odometry.gyro_noise, {0, 1}, "rad/s");
   f.number({"rate", "rows per second; they need not fall on images"}, odometry.rate,
            Range::above(0, 10000), "Hz");
-  f.choice({"rows",
-            "what the twist of a row is: the mean until the next row (hold; the base takes commands "
-            "when a row begins), a sample (instant) or the mean since the row before (mean-before)"},
-           odometry.rows, detail::rowMeanings());
+  f.choice(
+      {"rows",
+       "what the twist of a row is: the mean until the next row (hold; the base takes commands "
+       "when a row begins), a sample (instant) or the mean since the row before (mean-before)"},
+      odometry.rows, detail::rowMeanings());
   f.choice({"mode", "commanded: the estimator gets the exact command, the noise moves the robot"},
            odometry.mode, odometryModes());
   f.number({"ticks", "resolution of the wheel encoders (unicycle); 0: perfect"}, odometry.ticks,

@@ -86,9 +86,8 @@ std::vector<double> timesOf(const std::vector<Timed>& list) {
 }
 
 const std::vector<std::string>& settingsKeys() {
-  static const std::vector<std::string> keys = {"name",       "depth_scale", "rows",
-                                                "target",     "dots",        "images",
-                                                "image_bits", "taught",      "replay"};
+  static const std::vector<std::string> keys = {"name",   "depth_scale", "rows",   "target", "dots",
+                                                "images", "image_bits",  "taught", "replay"};
   return keys;
 }
 

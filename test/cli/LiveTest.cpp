@@ -80,9 +80,8 @@ TEST_F(LiveOfRecording, as_lossless_video_gives_the_estimates_of_replay) {
 }
 
 TEST_F(LiveOfRecording, with_twists_from_a_pipe_gives_the_estimates_of_replay) {
-  const Result result =
-      live(series_, "--rows hold --twist " + fifo_ + " --out " + out(),
-           "cat " + twistFile() + " > " + fifo_);
+  const Result result = live(series_, "--rows hold --twist " + fifo_ + " --out " + out(),
+                             "cat " + twistFile() + " > " + fifo_);
   ASSERT_EQ(result.exitCode, 0) << result.err;
   expectReplayed();
 }

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kQuickRun = data("scenarios/unicycle-4dots.yaml") +
-                           " --set sensing.source=geometry --set expect=null --set duration=5";
+                              " --set sensing.source=geometry --set expect=null --set duration=5";
 
 std::string shellQuoted(const std::string& text) {
   std::string quoted = "'";

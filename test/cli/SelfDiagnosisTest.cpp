@@ -171,8 +171,9 @@ std::string causeWithPoses(const TemporaryFolder& folder, double sigma_m) {
     noisy += fmt::format("{:.9f} {} {} {}{}\n", t, x + off(), y + off(), z + off(), rotation);
   }
   folder.write(name + "/groundtruth.txt", noisy);
-  const Result result =
-      depthservo("replay " + (folder / name).string() + " --motion groundtruth --prior 3 --json");
+  const Result result = depthservo("replay " + (folder / name).string() +
+                                   " --motion groundtruth --errors poses "
+                                   "--prior 3 --json");
   EXPECT_EQ(result.exitCode, 0) << result.err;
   return result.json()["diagnosis"]["cause"];
 }
@@ -180,6 +181,7 @@ std::string causeWithPoses(const TemporaryFolder& folder, double sigma_m) {
 TEST(SelfDiagnosis, names_poses_that_err_much_more_than_the_profile_allows) {
   const TemporaryFolder folder;
   EXPECT_EQ(causeWithPoses(folder, .002), "none");
+  EXPECT_EQ(causeWithPoses(folder, .01), "pose-noise");
   EXPECT_EQ(causeWithPoses(folder, .03), "pose-noise");
 }
 

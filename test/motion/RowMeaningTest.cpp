@@ -67,7 +67,8 @@ TEST(RowMeaning, meansOfTheTimeBeforeAreRightOverTheirRows) {
 }
 
 TEST(RowMeaning, rowsThatHoldTellAllThereIs) {
-  const MotionBuffer buffer = told(RowMeaning::hold, [](double t) { return t; }, 10);
+  const MotionBuffer buffer = told(
+      RowMeaning::hold, [](double t) { return t; }, 10);
   const Motion motion = buffer.motion(.03, .87).motion;
   EXPECT_EQ(motion.within.t2, 0);
   EXPECT_EQ(motion.within.theta2, 0);
@@ -124,9 +125,7 @@ TEST_P(Within, isHowMuchTheMotionIsOffWhereTheSpeedChangesSomewhereInARow) {
     for (int i = 0; i <= part.rows; ++i) {
       const double t = i * kPeriod;
       const bool samples = part.meaning == RowMeaning::instant;
-      buffer.push(t, along(samples  ? speed(t)
-                           : i == 0 ? 0
-                                    : exactWay(t - kPeriod, t) / kPeriod));
+      buffer.push(t, along(samples ? speed(t) : i == 0 ? 0 : exactWay(t - kPeriod, t) / kPeriod));
     }
     const Motion motion = buffer.motion(part.from, part.to).motion;
     squares += std::pow(motion.t.z() + exactWay(part.from, part.to), 2) / kRobots;

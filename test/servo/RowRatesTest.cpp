@@ -21,10 +21,10 @@ Depths ofRuns(const std::string& rows, int camera, int odometry, int seeds) {
   Depths depths;
   std::vector<double> errors;
   for (int seed = 1; seed <= seeds; ++seed) {
-    const RunLog log = run(Scenario::load(
-        DEPTHSERVO_DATA "/scenarios/unicycle-4dots.yaml",
-        {"seed=" + std::to_string(seed), "camera.rate=" + std::to_string(camera),
-         "odometry.rate=" + std::to_string(odometry), "odometry.rows=" + rows}));
+    const RunLog log =
+        run(Scenario::load(DEPTHSERVO_DATA "/scenarios/unicycle-4dots.yaml",
+                           {"seed=" + std::to_string(seed), "camera.rate=" + std::to_string(camera),
+                            "odometry.rate=" + std::to_string(odometry), "odometry.rows=" + rows}));
     const Metrics metrics = computeMetrics(log);
     depths.converged += log.outcome == Outcome::converged;
     depths.coverage += metrics.coverage_2sigma / seeds;
@@ -36,8 +36,8 @@ Depths ofRuns(const std::string& rows, int camera, int odometry, int seeds) {
 
 struct Limits {
   const char* rows;
-  double leastCoverage, mostError;  // mostError: times that with rows on images
-  int leastRate;                    // of the odometry, for the error [Hz]
+  double leastCoverage;
+  double mostError;  // where that with rows on images is below half of it
 };
 
 class RowRates : public testing::TestWithParam<Limits> {};
@@ -62,8 +62,8 @@ TEST_P(RowRates, leaveDepthsAsGoodAsWithRowsOnImages) {
       }
       EXPECT_EQ(depths.converged, seeds);
       EXPECT_GE(depths.coverage, limits.leastCoverage) << camera << ' ' << odometry;
-      if (odometry < limits.leastRate) continue;
-      EXPECT_LE(depths.error, limits.mostError * onImages.error) << camera << ' ' << odometry;
+      EXPECT_LE(depths.error, std::max(2 * onImages.error, limits.mostError))
+          << camera << ' ' << odometry;
     }
   }
   if (asked) std::printf("%-11s mean coverage %.3f\n", limits.rows, coverage);
@@ -71,11 +71,11 @@ TEST_P(RowRates, leaveDepthsAsGoodAsWithRowsOnImages) {
   EXPECT_LE(coverage, .995);
 }
 
-// A mean that an image cuts says less of its parts, a sample nothing of what happens until the next:
-// the price is accuracy, not honesty.
+// A mean that an image cuts says less of its parts, a sample nothing of what happens until the
+// next: the price is accuracy, not honesty.
 INSTANTIATE_TEST_SUITE_P(All, RowRates,
-                         testing::Values(Limits{"hold", .9, 2, 0}, Limits{"mean-before", .9, 3, 29},
-                                         Limits{"instant", .8, 10, 29}),
+                         testing::Values(Limits{"hold", .9, 0}, Limits{"mean-before", .9, .01},
+                                         Limits{"instant", .8, .04}),
                          [](const auto& limits) {
                            std::string name = limits.param.rows;
                            name.erase(std::remove(name.begin(), name.end(), '-'), name.end());

@@ -56,11 +56,11 @@ class ConsistencyMonitor {
     clock,   ///< the same, and explained by another clock; size: odometry is early by this [s]
     unit,    ///< the same, and explained by another unit; size: factor for the motion [-]
     poseConvention,  ///< the same, and explained by poses of another convention
-    mount,   ///< the camera is mounted otherwise than said; size: angle [rad]. Not of this monitor
-    slip,    ///< the wheels slip; size: 1 sigma, a share of the speed [-]. Not of this monitor
+    mount,  ///< the camera is mounted otherwise than said; size: angle [rad]. Not of this monitor
+    slip,   ///< the wheels slip; size: 1 sigma, a share of the speed [-]. Not of this monitor
     poseNoise,  ///< poses that tell the motion err more than allowed; size: 1 sigma per axis [m].
                 ///< Not of this monitor
-    noData,  ///< too few measurements could be compared; size: their number
+    noData,     ///< too few measurements could be compared; size: their number
   };
 
   /// As printed: none | latency | gyro-bias | focal-length | moving-target | outliers | noise |

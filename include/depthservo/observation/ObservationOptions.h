@@ -40,8 +40,8 @@ struct ObservationOptions {
   /// Declared noise of the odometry; none: the estimator's own default.
   std::optional<OdometryNoise> odometryNoise;
   std::optional<RowMeaning> rows;  ///< what the rows of odometry mean; none: as the source has it
-  double odometryScaleSigma = 0;  ///< relative, 1 sigma
-  double focalSigma = 0;          ///< of the focal length, relative, 1 sigma
+  double odometryScaleSigma = 0;   ///< relative, 1 sigma
+  double focalSigma = 0;           ///< of the focal length, relative, 1 sigma
 
   ObservationOptions() { depth.errors = ErrorKind::automatic; }
 

@@ -15,10 +15,10 @@ struct ObservedSource {
   PinholeCamera camera;
   SequenceTarget target;
   bool hasImages = true;
-  bool hasTruth = false;            ///< true depths come by point
-  std::vector<int> ids{};           ///< of points measured elsewhere, ascending
-  double frameRate = 0;             ///< images per second, 0: not known [Hz]
-  double fastestRate = 0;           ///< by the shortest time between two images, 0: not known [Hz]
+  bool hasTruth = false;   ///< true depths come by point
+  std::vector<int> ids{};  ///< of points measured elsewhere, ascending
+  double frameRate = 0;    ///< images per second, 0: not known [Hz]
+  double fastestRate = 0;  ///< by the shortest time between two images, 0: not known [Hz]
   RowMeaning rows = RowMeaning::hold;
   double rowPeriod_s = 0;           ///< nominal period of the odometry; 0: not known
   std::size_t odometryRows = 1024;  ///< kept

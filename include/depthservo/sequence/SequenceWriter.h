@@ -28,7 +28,7 @@ struct SequenceSettings {
   DotTarget target;              ///< no points: unknown
   std::vector<PixelPoint> dots;  ///< start positions, ids 0, 1, ... in this order; may be empty
   std::string replay;            ///< keys of the section `replay`, YAML; may be empty
-  std::optional<AprilTagTarget> tags = {};  ///< instead of the target
+  std::optional<AprilTagTarget> tags = {};         ///< instead of the target
   RowMeaning rows = RowMeaning::hold;              ///< of the odometry
   std::shared_ptr<const TaughtImage> taught = {};  ///< goes into a folder of its own
   std::vector<PixelPoint> goal = {};               ///< of a law whose commands are kept

@@ -41,9 +41,9 @@ struct ControlOptions {
   double hidden_sigma = 20;
   double hidden_wait = 10;  ///< it stands still for want of points for at most this long [s]
   Law law = Law::vpServo;
-  VelocityProfile profile;               ///< of the robot, for the law of this name
-  double kc = 1;                         ///< gain of the law regulation [1/s]
-  bool coupled = false;                  ///< regulation: the coupled law of Ibuki et al. 2023
+  VelocityProfile profile;  ///< of the robot, for the law of this name
+  double kc = 1;            ///< gain of the law regulation [1/s]
+  bool coupled = false;     ///< regulation: the coupled law of Ibuki et al. 2023
   /// Folder of a goal that teach wrote; `start`: what is seen from robot.goal, taught at the start.
   std::string taught = kTaughtAtStart;
   std::vector<Eigen::Vector2d> desired;  ///< desired pixels (u, v); empty: seen from robot.goal
