@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -87,12 +86,7 @@ int calibrateSequence(const CalibrateArguments& a) {
     return kOtherOutcome;
   }
   if (!a.out.empty()) {
-    makeFile(a.out, [&](const std::string& temporary) {
-      std::ofstream stream(temporary, std::ios::binary);
-      stream << profileYaml(result);
-      stream.close();
-      return static_cast<bool>(stream);
-    });
+    makeFile(a.out, profileYaml(result));
     fmt::print(stderr, "profile: {}; for replay and live: --errors {} --pixel-noise {:.3g}\n",
                a.out, a.out, result.pixelNoise_px);
   }

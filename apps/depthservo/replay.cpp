@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -139,9 +138,7 @@ int replayCommands(const ReplayArguments& arguments, const Sequence& sequence,
   if (!arguments.commands.empty()) {
     std::string text = lawCommandHeader(names);
     for (const LawCommand& command : replay.commands) text += lawCommandLine(command);
-    makeFile(arguments.commands, [&](const std::string& file) {
-      return static_cast<bool>(std::ofstream(file, std::ios::binary) << text << std::flush);
-    });
+    makeFile(arguments.commands, text);
   }
   const auto c = compare(law.commands, replay.commands, static_cast<Eigen::Index>(names.size()));
   const Metrics metrics = computeMetrics(replay.log);

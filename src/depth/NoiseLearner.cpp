@@ -25,7 +25,6 @@ constexpr double kMedianOfSquares = 1.386;  // of two axes, of variance 1
 constexpr double kMedianToSigma = 1.4826;
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 }  // namespace
 

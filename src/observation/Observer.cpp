@@ -67,7 +67,7 @@ struct Observer::Parts {
   void renewPoints(const std::vector<TrackedPoint>& points);
   void observe(const std::vector<TrackedPoint>& points);
   void correct(const Exposure& exposure);
-  void learnNoise(double time_s);
+  void learnNoise(const Motion& motion);
   void giveUpMovingPoints();
   void update(double time_s, const std::vector<TrackedPoint>& points);
   void noteCoverage(double time_s, Coverage coverage);
@@ -81,6 +81,8 @@ struct Observer::Parts {
   }
   void judgeRange(RunLog& log) const;
   void judgePoses(RunLog& log) const;
+  void name(RunDiagnosis& result, ConsistencyMonitor::Cause cause, double size,
+            const std::string& explanation) const;
 
   ObserverSetup setup;
   std::unique_ptr<PointSetEstimator> estimator;
@@ -131,7 +133,8 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   if (!isUsed) points.clear();
   p.observe(points);
   if (isUsed) p.correct(exposure);
-  if (isUsed && p.learner) p.learnNoise(time_s);
+  const auto [motion, known] = p.odometry.motion(p.lastTime_s, time_s);
+  if (isUsed && p.learner) p.learnNoise(motion);
   if (p.setup.findsPoints()) p.giveUpMovingPoints();
   p.estimationTimes.add(stopwatch.lap());
   if (isUsed) p.update(time_s, points);
@@ -145,7 +148,6 @@ FrameRecord Observer::observe(const Exposure& exposure) {
     frame.features.push_back(p.record(id, estimate, exposure, points));
     p.noteHidden(time_s, frame.features.back());
   }
-  const auto [motion, known] = p.odometry.motion(p.lastTime_s, time_s);
   if (known == Coverage::complete) frame.twist = motion.twist();
   p.lastTime_s = time_s;
   return frame;
@@ -206,8 +208,8 @@ void Observer::Parts::correct(const Exposure& exposure) {
 }
 
 /// What this image tells of the noise, for the next one.
-void Observer::Parts::learnNoise(double time_s) {
-  learner->observe(odometry.motion(lastTime_s, time_s).motion, observations, *estimator);
+void Observer::Parts::learnNoise(const Motion& motion) {
+  learner->observe(motion, observations, *estimator);
   estimator->setNoise(learner->noise());
 }
 
@@ -325,15 +327,12 @@ void Observer::Parts::judgeRange(RunLog& log) const {
       }));
   if (2 * held <= setup.ids.size()) return;
   const DepthRange& range = estimator->range();
-  log.diagnosis->latest.cause = Cause::unit;
-  log.diagnosis->latest.size = 0;
-  log.diagnosis->latest.rival = Cause::none;
-  log.diagnosis->first_s = lastTime_s;
-  log.diagnosis->explanation = fmt::format(
+  const std::string explanation = fmt::format(
       "{} of {} depths are held at the end of the range {:g} to {:g} m: the true ones are beyond; "
       "is "
       "the twist in m/s, is the range right?",
       held, setup.ids.size(), range.Z_min, range.Z_max);
+  name(*log.diagnosis, Cause::unit, 0, explanation);
 }
 
 /// Poses that err clearly more than the profile allows. Where they err anew in each image nothing
@@ -352,14 +351,21 @@ void Observer::Parts::judgePoses(RunLog& log) const {
   const double position_m = judge(log.noise->position_m, allowed.position_m);
   const double angle_rad = judge(log.noise->angle_rad, allowed.angle_rad);
   if (!exceeds || (log.diagnosis->isFault() && !isAnew)) return;
-  log.diagnosis->latest.cause = ConsistencyMonitor::Cause::poseNoise;
-  log.diagnosis->latest.size = position_m;
-  log.diagnosis->latest.rival = ConsistencyMonitor::Cause::none;
-  log.diagnosis->first_s = lastTime_s;
-  log.diagnosis->explanation = fmt::format(
+  const std::string explanation = fmt::format(
       "The profile allows {:.2g} mm and {:.2g} mrad, learnt were {:.2g} mm and {:.2g} mrad; sigma "
       "reckons with that, and depths are as vague as the poses are",
       1e3 * allowed.position_m, 1e3 * allowed.angle_rad, 1e3 * position_m, 1e3 * angle_rad);
+  name(*log.diagnosis, ConsistencyMonitor::Cause::poseNoise, position_m, explanation);
+}
+
+/// A cause that is found at the end.
+void Observer::Parts::name(RunDiagnosis& result, ConsistencyMonitor::Cause cause, double size,
+                           const std::string& explanation) const {
+  result.latest.cause = cause;
+  result.latest.size = size;
+  result.latest.rival = ConsistencyMonitor::Cause::none;
+  result.first_s = lastTime_s;
+  result.explanation = explanation;
 }
 
 void Observer::finish(RunLog& log) {

@@ -86,8 +86,6 @@ RowMeaning rowMeaningNamed(const std::string& name, const InputError::Place& pla
   throw InputError(place, detail::unknownWord(name, detail::wordsOf(detail::rowMeanings())));
 }
 
-const char* toString(RowMeaning meaning) { return detail::wordOf(detail::rowMeanings(), meaning); }
-
 ObservedSource ObservedSource::of(const Sequence& sequence) {
   ObservedSource source{sequence.folder(), sequence.folder() + "/sequence.yaml", sequence.camera(),
                         sequence.seen()};

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <fstream>
+
 #include "depthservo/text/InputError.h"
 #include "depthservo/text/InterruptWatch.h"
 
@@ -97,6 +99,15 @@ void makeFile(const std::string& file, const std::function<bool(const std::strin
   if (hasNoLinks) fs::rename(temporary, file, error);
   fs::remove(temporary, ignored);
   if (!isFilled || error) throw InputError({file, 0, ""}, "cannot be written, or exists already");
+}
+
+void makeFile(const std::string& file, const std::string& text) {
+  makeFile(file, [&](const std::string& temporary) {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream << text;
+    stream.close();
+    return static_cast<bool>(stream);
+  });
 }
 
 }  // namespace depthservo

@@ -81,7 +81,6 @@ class NoiseLearner {
     double position = 0, angle = 0, pixel = 0;  // [m^2, rad^2, normalised^2]
     int images = 0;
   };
-  using Vector6d = Eigen::Matrix<double, 6, 1>;
 
   void compare(const Snapshot& then, Level& level);
   void match(const Snapshot& then);

@@ -15,7 +15,6 @@ MotionSource motionNamed(const std::string& name, const InputError::Place& place
 
 /// hold | instant | mean-before. \param place of the word \throw InputError another word
 RowMeaning rowMeaningNamed(const std::string& name, const InputError::Place& place);
-const char* toString(RowMeaning meaning);
 
 /// These options as run.json tells them, one JSON object. \param options as above
 std::string configurationOf(const ObservationOptions& options);

@@ -23,5 +23,6 @@ void requireNewFile(const std::string& file);
 /// Writes a file, whole or not at all, and never over another one. \param fill writes the file
 /// whose name it is given; false: it could not be written \throw InputError
 void makeFile(const std::string& file, const std::function<bool(const std::string&)>& fill);
+void makeFile(const std::string& file, const std::string& text);
 
 }  // namespace depthservo
