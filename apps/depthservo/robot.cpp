@@ -41,6 +41,7 @@ nlohmann::ordered_json jsonOf(const std::string& name, const RobotServerReport& 
           {"duration_s", report.duration_s},
           {"images", report.images},
           {"dropped", report.dropped},
+          {"dropped_at_start", report.droppedAtStart},
           {"rows", report.rows},
           {"commands", report.commands},
           {"refused", report.refused},
@@ -55,12 +56,12 @@ nlohmann::ordered_json jsonOf(const std::string& name, const RobotServerReport& 
 
 void tell(const std::string& name, const RobotServerReport& report) {
   fmt::print(stderr, "{}: {:.2f} s: {}\n", name, report.duration_s, report.whyEnded);
-  fmt::print(
-      stderr,
-      "  {} images, {} dropped; {} rows of odometry; {} commands, {} refused; stopped {} times "
-      "for want of a command\n",
-      report.images, report.dropped, report.rows, report.commands, report.refused,
-      report.watchdogStops);
+  fmt::print(stderr,
+             "  {} images, {} dropped ({} before it moved); {} rows of odometry; {} commands, {} "
+             "refused; stopped {} times "
+             "for want of a command\n",
+             report.images, report.dropped, report.droppedAtStart, report.rows, report.commands,
+             report.refused, report.watchdogStops);
   if (report.latency.count() > 0) {
     fmt::print(stderr, "  image to command: p50 {:.1f} ms, p99.9 {:.1f} ms, of {} images\n",
                1e3 * report.latency.percentile(0.5), 1e3 * report.latency.percentile(0.999),

@@ -40,12 +40,18 @@ struct ServoArguments {
 /// Shows what happens while it happens: words on stderr, a window for whoever asked for one.
 class ServoWatcher : public RunWatcher {
  public:
-  ServoWatcher(const RobotRig& rig, std::unique_ptr<View> view, RunWatcher* next)
-      : rig_(rig), view_(std::move(view)), next_(next) {}
+  ServoWatcher(const RobotRig& rig, const ImageSource& images, std::unique_ptr<View> view,
+               RunWatcher* next)
+      : rig_(rig), images_(images), view_(std::move(view)), next_(next) {}
+
+  /// Images left out before the robot was on its way: while the goal was searched for.
+  std::size_t leftOutAtStart() const { return leftOutAtStart_.value_or(images_.leftOut()); }
 
   bool onFrame(const RunFrame& frame) override {
     const double time_s = frame.record.time_s;
     if (std::isnan(first_s_)) first_s_ = time_s;
+    if (mayMove_ && !leftOutAtStart_) leftOutAtStart_ = images_.leftOut();
+    mayMove_ = rig_.reason() == SafetyReason::none;
     const std::size_t frames = frame.log.frames.size();
     if (frames <= std::exchange(frames_, frames)) told_ = 0;  // the old ones are forgotten
     for (; told_ < frame.log.events.size(); ++told_) {
@@ -82,9 +88,12 @@ class ServoWatcher : public RunWatcher {
   }
 
   const RobotRig& rig_;
+  const ImageSource& images_;
   std::unique_ptr<View> view_;
   RunWatcher* next_;
   std::size_t told_ = 0, frames_ = 0;
+  std::optional<std::size_t> leftOutAtStart_;
+  bool mayMove_ = false;
   double first_s_ = kUnknown, next_s_ = kUnknown;
 };
 
@@ -176,7 +185,7 @@ int exitCodeOf(const RunLog& log, const RobotRig& rig, const std::atomic<bool>& 
 }
 
 void tell(const ServoArguments& a, const RunLog& log, const RobotRig& rig,
-          const ImageSource& images, int exitCode) {
+          const ImageSource& images, std::size_t leftOutAtStart, int exitCode) {
   const RobotRigCounts& counts = rig.counts();
   const double p50 = counts.latency.percentile(0.5), p999 = counts.latency.percentile(0.999);
   const Metrics metrics = computeMetrics(log);
@@ -185,11 +194,11 @@ void tell(const ServoArguments& a, const RunLog& log, const RobotRig& rig,
                                                            : toString(log.outcome);
   fmt::print(stderr, "{}: {} after {:.2f} s: {}\n", a.goal, outcome, metrics.duration_s,
              log.reason);
-  fmt::print(
-      stderr,
-      "  {} images, {} skipped for newer ones, {} empty, {} frozen; {} commands, {} not written\n",
-      counts.images, images.leftOut(), counts.empty, counts.frozen, counts.commands,
-      counts.unwritten);
+  fmt::print(stderr,
+             "  {} images, {} skipped for newer ones ({} before it moved), {} empty, {} frozen; "
+             "{} commands, {} not written\n",
+             counts.images, images.leftOut(), leftOutAtStart, counts.empty, counts.frozen,
+             counts.commands, counts.unwritten);
   if (std::isfinite(p50)) {
     fmt::print(stderr, "  image to command: p50 {:.1f} ms, p99.9 {:.1f} ms\n", 1e3 * p50,
                1e3 * p999);
@@ -200,6 +209,7 @@ void tell(const ServoArguments& a, const RunLog& log, const RobotRig& rig,
   json["safety"] = toString(rig.endedBy());
   json["images"] = {{"taken", counts.images},
                     {"skipped", images.leftOut()},
+                    {"skipped_at_start", leftOutAtStart},
                     {"empty", counts.empty},
                     {"frozen", counts.frozen}};
   json["commands"] = {{"written", counts.commands}, {"not_written", counts.unwritten}};
@@ -245,7 +255,7 @@ int servoRobot(ServoArguments& a) {
   ServoLoop loop(rig, camera.options(), robot.control, servoGoal);
   const bool keepsLaw = canBeReplayed(robot.control, robot.robot.type);
   if (recorder && keepsLaw) recorder->keepCommands();
-  ServoWatcher watcher(rig, std::move(view), recorder.get());
+  ServoWatcher watcher(rig, images, std::move(view), recorder.get());
   RunLog log = loop.run(&watcher);
   rig.finish();
   log.command = "servo";
@@ -262,7 +272,7 @@ int servoRobot(ServoArguments& a) {
     recorder->finish(settings);
   }
   if (!a.out.empty()) writeRunFolder(log, a.out);
-  tell(a, log, rig, images, exitCode);
+  tell(a, log, rig, images, watcher.leftOutAtStart(), exitCode);
   return exitCode;
 }
 

@@ -2,9 +2,21 @@
 
 #include <algorithm>
 
+#include "motion/median.h"
+
 namespace depthservo {
+namespace {
+
+/// Whether an estimate has run to the near end of its range and is worth nothing: not a point of
+/// the static scene, or none that can be seen from here.
+bool isHeldInDoubt(const DepthEstimate& e, const DepthRange& range) {
+  return e.isDoubtful() && e.chi >= 1 / range.Z_min;
+}
+
+}  // namespace
 
 PointFeatures::PointFeatures(std::size_t count, const DepthRange& range) : features_(count) {
+  found_.reserve(count);
   for (FeaturePoint& feature : features_) {
     feature.estimator_ = nullptr;
     feature.range_ = range;
@@ -27,9 +39,20 @@ void PointFeatures::publish(const PointSetEstimator& estimator,
   };
   double caution = 1, Z_desiredSum = 0;
   int desired = 0;
+  found_.clear();
   for (std::size_t i = 0; i < features_.size(); ++i) {
     const DepthEstimate e = estimateOf(i);
-    if (e.status != DepthStatus::unset) caution = std::max(caution, e.Z() / e.cautiousZ());
+    if (e.status != DepthStatus::unset && !e.isDoubtful()) found_.push_back(e.Z());
+  }
+  const double Z_found = found_.empty() ? 0 : detail::medianOf(found_);
+  const auto takesThatOfOthers = [&](const DepthEstimate& e) {
+    return Z_found > 0 && isHeldInDoubt(e, features_[0].range_);
+  };
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    const DepthEstimate e = estimateOf(i);
+    if (e.status != DepthStatus::unset && !takesThatOfOthers(e)) {
+      caution = std::max(caution, e.Z() / e.cautiousZ());
+    }
     if (features_[i].Z_desired_ > 0) {
       Z_desiredSum += features_[i].Z_desired_;
       ++desired;
@@ -37,10 +60,13 @@ void PointFeatures::publish(const PointSetEstimator& estimator,
   }
   for (std::size_t i = 0; i < features_.size(); ++i) {
     FeaturePoint& feature = features_[i];
+    const DepthEstimate e = estimateOf(i);
     feature.cautionOfGroup_ = caution;
-    feature.Z_desiredOfGroup_ = desired > 0 ? Z_desiredSum / desired : 0;
+    feature.Z_desiredOfGroup_ = desired > 0            ? Z_desiredSum / desired
+                                : takesThatOfOthers(e) ? Z_found
+                                                       : 0;
     if (isLate) feature.resetFlags();  // what was measured then is not where the point is now
-    feature.publish(estimateOf(i));
+    feature.publish(e);
   }
 }
 

@@ -97,7 +97,8 @@ struct RobotServer::Parts : Rig::Listener {
   Clock::time_point lastArrival, start;
   double epoch_s = 0;  // of the system's clock at the start
   double rowTime_s = 0, stands_s = 0;
-  bool isHeld = false;  // for want of a command, after it had moved
+  bool isHeld = false;    // for want of a command, after it had moved
+  bool hasMoved = false;  // was commanded to
   bool hasRows = false;
   std::size_t rowsWritten = 0;
   std::deque<Awaited> awaited;
@@ -144,6 +145,7 @@ void RobotServer::Parts::take(double wait_s) {
       if (isItsOwn && !options.isLockstep) report.latency.add(secondsSince(awaited.front().taken));
     }
     last = std::move(row);
+    hasMoved = hasMoved || !last->velocities.isZero(0);
   }
 }
 
@@ -210,6 +212,7 @@ void RobotServer::Parts::write(const Exposure& exposure) {
                                             std::chrono::duration<double>(exposure.time_s))});
   } else if (written == PipeWriter::Written::dropped) {
     ++report.dropped;
+    if (!hasMoved) ++report.droppedAtStart;
   }
   if (options.isLockstep) images.flush(options.wait_s);
 }

@@ -326,5 +326,65 @@ TEST(FeaturePointGroup, setDepthIsFusedIntoThatPoint) {
   EXPECT_NEAR(s[1].estimate().Z(), 2, 1e-3);
 }
 
+/// Estimates as they are told.
+class ToldEstimates : public PointSetEstimator {
+ public:
+  explicit ToldEstimates(std::vector<DepthEstimate> estimates) : estimates_(std::move(estimates)) {}
+  std::unique_ptr<PointSetEstimator> clone() const override {
+    return std::make_unique<ToldEstimates>(*this);
+  }
+  void reset() override {}
+  bool setPrior(int, const DepthPrior&) override { return true; }
+  Coverage advance(const MotionBuffer&, double) override { return Coverage::complete; }
+  void correct(const std::vector<PointObservation>&) override {}
+  void correctDepth(int, const DepthPrior&) override {}
+  using PointSetEstimator::estimate;
+  DepthEstimate estimate(int id) const override { return estimates_[static_cast<std::size_t>(id)]; }
+  double time() const override { return 0; }
+  const DepthRange& range() const override { return range_; }
+
+ private:
+  std::vector<DepthEstimate> estimates_;
+  DepthRange range_;
+};
+
+DepthEstimate toldDepth(double Z, double sigma_chi) {
+  DepthEstimate e;
+  e.x = e.y = 0.1;
+  e.chi = 1 / Z;
+  e.sigma_chi = sigma_chi;
+  e.status = DepthStatus::converging;
+  return e;
+}
+
+/// As a corner where two walls overlap in the image, which slides along both.
+TEST(PointFeatures, onePointAtTheNearEndInDoubtDoesNotHoldBackTheOthers) {
+  const double Z_min = DepthRange{}.Z_min;
+  PointFeatures features(4, DepthRange{});
+  const auto depthsWhere = [&](const DepthEstimate& last) {
+    const ToldEstimates told({toldDepth(1.4, .02), toldDepth(1.9, .03), toldDepth(2, .03), last});
+    features.publish(told, {}, MotionBuffer{}, 0);
+    std::vector<double> depths;
+    for (std::size_t i = 0; i < 4; ++i) depths.push_back(features[i].get_Z());
+    return depths;
+  };
+  const std::vector<double> depths = depthsWhere(toldDepth(Z_min, 3e4));
+  EXPECT_NEAR(depths[0], 1.4, 1e-12);
+  EXPECT_NEAR(depths[1], 1.9, 1e-12);
+  EXPECT_NEAR(depths[2], 2, 1e-12);
+  EXPECT_NEAR(depths[3], 1.9, 0.02) << "the median of those that are found";
+
+  EXPECT_NEAR(depthsWhere(toldDepth(Z_min, 1))[3], Z_min, 1e-12) << "it is known to be there";
+  EXPECT_LT(depthsWhere(toldDepth(1, 5))[0], 1.3) << "in doubt, but a depth: all are cautious";
+}
+
+TEST(PointFeatures, atTheNearEndInDoubtAllAreCautious) {
+  PointFeatures features(2, DepthRange{});
+  features.publish(ToldEstimates({toldDepth(DepthRange{}.Z_min, 3e4), toldDepth(2, 3)}), {},
+                   MotionBuffer{}, 0);
+  EXPECT_LT(features[0].get_Z(), 0.051);
+  EXPECT_LT(features[1].get_Z(), 0.3);
+}
+
 }  // namespace
 }  // namespace depthservo

@@ -9,9 +9,10 @@ namespace depthservo {
 
 /// Features that are views of the points 0..n-1 of a PointSetEstimator, as vpServo sees them. Their
 /// own `observe` does nothing. While a depth is doubtful, and no Z* is known, all depths are scaled
-/// down alike (a task with depths out of proportion may not converge); where some features have a
-/// Z*, the others are given their mean. Must outlive the task, like ViSP's features. \rtsafe after
-/// construction
+/// down alike (a task with depths out of proportion may not converge), but for those that ran to
+/// the near end of the range: where some depths are found, these are given their median; where some
+/// features have a Z*, the others are given their mean. Must outlive the task, like ViSP's
+/// features. \rtsafe after construction
 class PointFeatures {
  public:
   PointFeatures(std::size_t count, const DepthRange& range);
@@ -28,6 +29,9 @@ class PointFeatures {
 
  protected:
   std::vector<FeaturePoint> features_;
+
+ private:
+  std::vector<double> found_;  // depths that are not doubtful [m]
 };
 
 }  // namespace depthservo

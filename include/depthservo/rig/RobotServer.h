@@ -22,6 +22,7 @@ struct RobotServerOptions {
 /// What a simulated robot has to say at its end.
 struct RobotServerReport {
   std::size_t images = 0, dropped = 0;    ///< written; not written since nobody took the last
+  std::size_t droppedAtStart = 0;         ///< of these, before the first command to move
   std::size_t rows = 0;                   ///< of odometry
   std::size_t commands = 0, refused = 0;  ///< taken; not to be used
   std::size_t watchdogStops = 0;          ///< times that it stopped for want of a command
