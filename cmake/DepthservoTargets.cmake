@@ -32,7 +32,11 @@ function(depthservo_sources target)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O2>)
   endif()
   if(DEPTHSERVO_UNITY AND NOT target STREQUAL depthservo_papers)  # there local names are alike
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+    set(batch 24)  # two groups a library; those of the estimators gain nothing by being so large
+    if(target STREQUAL depthservo_core)
+      set(batch 6)
+    endif()
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${batch})
     target_compile_options(${target} PRIVATE -Wno-subobject-linkage)  # a group includes its sources
   endif()
   target_include_directories(${target}

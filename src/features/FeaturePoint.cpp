@@ -95,6 +95,7 @@ FeaturePoint& FeaturePoint::operator=(const FeaturePoint& other) {
   Z_desired_ = other.Z_desired_;
   Z_desiredOfGroup_ = other.Z_desiredOfGroup_;
   cautionOfGroup_ = other.cautionOfGroup_;
+  Z_ofOthers_ = other.Z_ofOthers_;
   servoDepthChoice_ = other.servoDepthChoice_;
   desiredIsGiven_ = other.desiredIsGiven_;
   interactionAsked_ = other.interactionAsked_;
@@ -112,7 +113,7 @@ void FeaturePoint::init() {
   vpFeaturePoint::init();
   estimate_ = {};
   Z_written_ = Z_usable_ = Z_told_ = get_Z();
-  Z_desired_ = Z_desiredOfGroup_ = 0;
+  Z_desired_ = Z_desiredOfGroup_ = Z_ofOthers_ = 0;
   cautionOfGroup_ = 1;
   desiredIsGiven_ = interactionAsked_ = depthUnused_ = false;
   wasDepthSet_ = isDepthSetAlways_ = false;
@@ -189,8 +190,8 @@ void FeaturePoint::publish(const DepthEstimate& estimate) {
 double FeaturePoint::servoDepth() const {
   const DepthEstimate& e = estimate_;
   const double Z_desired = Z_desired_ > 0 ? Z_desired_ : Z_desiredOfGroup_;
-  double depth = e.Z();
-  if (servoDepthChoice_ == ServoDepth::blended) {
+  double depth = Z_ofOthers_ > 0 ? Z_ofOthers_ : e.Z();
+  if (servoDepthChoice_ == ServoDepth::blended && !(Z_ofOthers_ > 0 && Z_desired == 0)) {
     depth = std::min(e.cautiousZ(), e.Z() / cautionOfGroup_);
     if (Z_desired > 0) {
       const double chi_desired = range_.clampChi(1 / Z_desired);

@@ -7,10 +7,11 @@
 namespace depthservo {
 namespace {
 
-/// Whether an estimate has run to the near end of its range and is worth nothing: not a point of
-/// the static scene, or none that can be seen from here.
-bool isHeldInDoubt(const DepthEstimate& e, const DepthRange& range) {
-  return e.isDoubtful() && e.chi >= 1 / range.Z_min;
+/// Whether an estimate has run to the near end of its range, however sure it seems: no point of
+/// the static scene, or none whose depth can be seen from here.
+bool isHeldAtNearEnd(const DepthEstimate& e, const DepthRange& range) {
+  constexpr double kAtTheEnd = 0.99;  // a prediction to now may leave it a little
+  return e.chi >= kAtTheEnd / range.Z_min;
 }
 
 }  // namespace
@@ -42,11 +43,12 @@ void PointFeatures::publish(const PointSetEstimator& estimator,
   found_.clear();
   for (std::size_t i = 0; i < features_.size(); ++i) {
     const DepthEstimate e = estimateOf(i);
-    if (e.status != DepthStatus::unset && !e.isDoubtful()) found_.push_back(e.Z());
+    const bool isFound = e.status != DepthStatus::unset && !e.isDoubtful();
+    if (isFound && !isHeldAtNearEnd(e, estimator.range())) found_.push_back(e.Z());
   }
   const double Z_found = found_.empty() ? 0 : detail::medianOf(found_);
   const auto takesThatOfOthers = [&](const DepthEstimate& e) {
-    return Z_found > 0 && isHeldInDoubt(e, features_[0].range_);
+    return Z_found > 0 && isHeldAtNearEnd(e, estimator.range());
   };
   for (std::size_t i = 0; i < features_.size(); ++i) {
     const DepthEstimate e = estimateOf(i);
@@ -62,9 +64,8 @@ void PointFeatures::publish(const PointSetEstimator& estimator,
     FeaturePoint& feature = features_[i];
     const DepthEstimate e = estimateOf(i);
     feature.cautionOfGroup_ = caution;
-    feature.Z_desiredOfGroup_ = desired > 0            ? Z_desiredSum / desired
-                                : takesThatOfOthers(e) ? Z_found
-                                                       : 0;
+    feature.Z_desiredOfGroup_ = desired > 0 ? Z_desiredSum / desired : 0;
+    feature.Z_ofOthers_ = takesThatOfOthers(e) ? Z_found : 0;
     if (isLate) feature.resetFlags();  // what was measured then is not where the point is now
     feature.publish(e);
   }

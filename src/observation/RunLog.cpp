@@ -31,9 +31,9 @@ namespace {
 
 /// No cause is no agreement: the innovations, too, must be what was declared.
 bool isFarFromDeclared(const ConsistencyMonitor::Diagnosis& d) {
-  constexpr double kExpected = 2, kShare = 0.25, kSigmas = 5;
+  constexpr double kExpected = 2, kShare = 0.25, kSurely = 5;
   const double sigma = kExpected / std::sqrt(std::max(1, d.values));
-  return d.meanNis > kExpected * (1 + kShare) && d.meanNis > kExpected + kSigmas * sigma;
+  return d.meanNis > kExpected * (1 + kShare) && d.meanNis > kExpected + kSurely * sigma;
 }
 
 }  // namespace
@@ -112,15 +112,15 @@ std::vector<std::string> JointStates::sentences(double focal_px) const {
 }
 
 double meanImageError(const RunLog& log, double from_s, double to_s) {
-  constexpr double kTimeSlack_s = 1e-6;
+  constexpr double kSlack_s = 1e-6;
   struct Sum {
     Eigen::Vector2d error = Eigen::Vector2d::Zero();
     int count = 0;
   };
   std::vector<Sum> sums(log.goals.size());
   for (auto frame = log.frames.rbegin();
-       frame != log.frames.rend() && frame->time_s >= from_s - kTimeSlack_s; ++frame) {
-    if (frame->time_s > to_s + kTimeSlack_s) continue;
+       frame != log.frames.rend() && frame->time_s >= from_s - kSlack_s; ++frame) {
+    if (frame->time_s > to_s + kSlack_s) continue;
     for (const FeatureRecord& feature : frame->features) {
       const auto i = static_cast<std::size_t>(feature.id);
       if (feature.id < 0 || i >= sums.size()) continue;

@@ -14,7 +14,7 @@ namespace {
 
 /// Images in a row before a disagreement is told: one alone may be an outlier.
 constexpr int kPersistent = 10;
-constexpr double kSigmas = 2;
+constexpr double kPoseSigmas = 2;
 
 DotTarget unitTag() {
   const auto corners = AprilTagTarget::unitCorners();
@@ -91,7 +91,7 @@ std::vector<std::string> TagSizeMonitor::compare(const std::vector<TrackedPoint>
     if (std::isnan(result.size)) continue;
 
     const double byPose = result.size * tag.depths.mean(), sigma_pose = tag.relativeSigma * byPose;
-    const bool disagrees = std::abs(Z.mean() - byPose) > kSigmas * (sigma_Z + sigma_pose);
+    const bool disagrees = std::abs(Z.mean() - byPose) > kPoseSigmas * (sigma_Z + sigma_pose);
     tag.disagreements = disagrees ? tag.disagreements + 1 : 0;
     if (tag.disagreements != kPersistent || result.disagrees) continue;
     result.disagrees = true;

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
 #include "robots/limits.h"
+#include "text/require.h"
 
 namespace depthservo {
 namespace {
@@ -15,10 +15,6 @@ namespace {
 constexpr double kLongestStep_s = 0.1;
 
 bool isWithin(double age_s, double deadline_s) { return std::abs(age_s) <= deadline_s; }
-
-void require(bool isMet, const char* what) {
-  if (!isMet) throw std::invalid_argument(std::string("Safety: ") + what);
-}
 
 /// Deadlines of ages, in the order in which they are looked at.
 struct Watchdog {
@@ -92,14 +88,14 @@ const char* wordsOf(SafetyReason reason) {
 Safety::Safety(const SafetyLimits& limits, const SafetyOptions& options)
     : limits_(limits), options_(options), command_(Velocities::Zero(limits.velocity.size())) {
   const Eigen::Index n = limits.velocity.size();
-  require(n > 0, "no velocity");
+  detail::require("Safety", n > 0, "no velocity");
   for (const Velocities* each : {&limits.velocity, &limits.acceleration, &limits.braking}) {
-    require(each->size() == n, "limits of different sizes");
-    require((each->array() > 0).all(), "a limit is not above zero");
+    detail::require("Safety", each->size() == n, "limits of different sizes");
+    detail::require("Safety", (each->array() > 0).all(), "a limit is not above zero");
   }
   for (const Watchdog& dog : kWatchdogs)
-    require(options.*dog.deadline > 0, "a deadline is not > 0");
-  require(options.calm >= 0, "calm is below zero");
+    detail::require("Safety", options.*dog.deadline > 0, "a deadline is not > 0");
+  detail::require("Safety", options.calm >= 0, "calm is below zero");
 }
 
 SafetyReason Safety::judge(const SafetyInput& now, const Velocities& wanted) const noexcept {

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
 #include <string>
 
 #include "depthservo/visp/using.h"
 #include "simulation/PatchPainter.h"
 #include "simulation/drawing.h"
 #include "simulation/sensorNoise.h"
+#include "text/require.h"
 
 namespace depthservo {
 namespace {
@@ -21,14 +21,10 @@ constexpr double kThinnest = 1e-3;
 constexpr double kThin = 1;
 constexpr int kSamples = 8;
 
-void require(bool isMet, const char* what) {
-  if (!isMet) throw std::invalid_argument(std::string("SyntheticCamera: ") + what);
-}
-
 /// Adds `weight` times the covered part of every pixel of the box.
-class Coverage {
+class EllipseCoverage {
  public:
-  explicit Coverage(const Ellipse& ellipse)
+  explicit EllipseCoverage(const Ellipse& ellipse)
       : centre_(ellipse.centre.cast<float>()),
         inverse_(ellipse.shape.inverse().cast<float>()),
         isThin_(!(ellipse.semiAxes().y() > kThin)) {}
@@ -91,7 +87,8 @@ SyntheticCamera::~SyntheticCamera() = default;
 SyntheticCamera::SyntheticCamera(const PinholeCamera& camera, const DotTarget& target,
                                  const SyntheticCameraOptions& options)
     : camera_(camera), target_(target), options_(options) {
-  require(std::isfinite(target.radius) && target.radius > 0, "the dots need a radius > 0 m");
+  detail::require("SyntheticCamera", std::isfinite(target.radius) && target.radius > 0,
+                  "the dots need a radius > 0 m");
   prepare();
 }
 
@@ -102,13 +99,15 @@ SyntheticCamera::SyntheticCamera(const PinholeCamera& camera, std::vector<GrayPa
       options_(options),
       painter_(std::make_unique<detail::PatchPainter>(camera)) {
   for (const GrayPatch& patch : patches_) {
-    require(std::isfinite(patch.width) && patch.width > 0 && std::isfinite(patch.height) &&
-                patch.height > 0,
-            "a patch needs a width and a height > 0 m");
-    require(patch.columns >= 1 && patch.rows >= 1 &&
-                patch.gray.size() ==
-                    static_cast<std::size_t>(patch.columns) * static_cast<std::size_t>(patch.rows),
-            "a patch needs columns x rows gray levels");
+    detail::require("SyntheticCamera",
+                    std::isfinite(patch.width) && patch.width > 0 && std::isfinite(patch.height) &&
+                        patch.height > 0,
+                    "a patch needs a width and a height > 0 m");
+    detail::require("SyntheticCamera",
+                    patch.columns >= 1 && patch.rows >= 1 &&
+                        patch.gray.size() == static_cast<std::size_t>(patch.columns) *
+                                                 static_cast<std::size_t>(patch.rows),
+                    "a patch needs columns x rows gray levels");
   }
   prepare();
 }
@@ -117,14 +116,22 @@ void SyntheticCamera::prepare() {
   const PinholeCamera& camera = camera_;
   const SyntheticCameraOptions& options = options_;
   const auto isGray = [](double gray) { return gray >= 0 && gray <= 255; };
-  require(camera.width > 0 && camera.height > 0, "the image has no size");
-  require(std::isnormal(camera.fx) && std::isnormal(camera.fy), "the focal length must not be 0");
-  require(camera.distortion.isNone(), "images are drawn without lens distortion");
-  require(std::isfinite(camera.cx) && std::isfinite(camera.cy), "cx, cy must be finite");
-  require(isGray(options.background) && isGray(options.dot), "gray levels are 0..255");
-  require(options.gray_noise >= 0 && options.gray_noise <= 255, "gray_noise is 0..255");
-  require(options.exposure_s >= 0 && std::isfinite(options.exposure_s), "exposure_s is >= 0 s");
-  require(options.vignetting >= 0 && options.vignetting <= 1, "vignetting is 0..1");
+  detail::require("SyntheticCamera", camera.width > 0 && camera.height > 0,
+                  "the image has no size");
+  detail::require("SyntheticCamera", std::isnormal(camera.fx) && std::isnormal(camera.fy),
+                  "the focal length must not be 0");
+  detail::require("SyntheticCamera", camera.distortion.isNone(),
+                  "images are drawn without lens distortion");
+  detail::require("SyntheticCamera", std::isfinite(camera.cx) && std::isfinite(camera.cy),
+                  "cx, cy must be finite");
+  detail::require("SyntheticCamera", isGray(options.background) && isGray(options.dot),
+                  "gray levels are 0..255");
+  detail::require("SyntheticCamera", options.gray_noise >= 0 && options.gray_noise <= 255,
+                  "gray_noise is 0..255");
+  detail::require("SyntheticCamera", options.exposure_s >= 0 && std::isfinite(options.exposure_s),
+                  "exposure_s is >= 0 s");
+  detail::require("SyntheticCamera", options.vignetting >= 0 && options.vignetting <= 1,
+                  "vignetting is 0..1");
 
   exposed_.reserve(detail::kMostInstants);
   if (options.vignetting > 0) gain_ = detail::vignette(camera, options.vignetting);
@@ -244,7 +251,8 @@ void SyntheticCamera::drawDot(const SyntheticView& view, std::size_t i, Pixel* p
   const auto pixelsPerRow = static_cast<std::size_t>(box.width());
   coverage_.assign(pixelsPerRow * static_cast<std::size_t>(box.height()), 0.0f);
   const float weight = 1 / static_cast<float>(exposed_.size());
-  for (const Ellipse& outline : exposed_) Coverage(outline).addTo(coverage_.data(), box, weight);
+  for (const Ellipse& outline : exposed_)
+    EllipseCoverage(outline).addTo(coverage_.data(), box, weight);
 
   const float dot = static_cast<float>(options_.dot);
   const float* covered = coverage_.data();

@@ -12,7 +12,7 @@
 namespace depthservo::detail {
 namespace {
 
-constexpr TextLimits kLimits{std::size_t{256} << 10, std::size_t{64} << 10};
+constexpr TextLimits kYamlLimits{std::size_t{256} << 10, std::size_t{64} << 10};
 constexpr std::size_t kDeepest = 12;
 constexpr std::size_t kMostValues = 10000;
 
@@ -149,10 +149,12 @@ YamlValue* YamlValue::find(const std::string& key) {
   return nullptr;
 }
 
-YamlValue loadYaml(const std::string& path) { return parseYaml(readTextFile(path, kLimits), path); }
+YamlValue loadYaml(const std::string& path) {
+  return parseYaml(readTextFile(path, kYamlLimits), path);
+}
 
 YamlValue parseYaml(const std::string& text, const std::string& file) {
-  checkText(text, file, kLimits);
+  checkText(text, file, kYamlLimits);
   try {
     // Syntax first: on broken text the parser may send strange events before it throws.
     std::istringstream stream(text);
@@ -180,7 +182,7 @@ std::string described(const YamlValue& value) {
     case YamlValue::Kind::null:
       return "nothing";
     case YamlValue::Kind::scalar:
-      return (value.isString ? "the text " : "") + quoted(value.scalar);
+      return (value.isString ? "the text " : "") + detail::quoted(value.scalar);
     case YamlValue::Kind::list:
       return fmt::format("a list of {}", value.items.size());
     case YamlValue::Kind::mapping:

@@ -12,7 +12,7 @@
 namespace depthservo::detail {
 namespace {
 
-constexpr TextLimits kLimits{std::size_t{1} << 30, 4096};
+constexpr TextLimits kTableLimits{std::size_t{1} << 30, 4096};
 
 constexpr Range kIds{0, 1e9};
 
@@ -58,7 +58,7 @@ std::optional<double> secondsOf(std::string_view text) {
 
 TextTable::TextTable(std::string path, Style style, std::vector<std::string> columns, Order order)
     : path_(std::move(path)),
-      bytes_(readTextFile(path_, kLimits)),
+      bytes_(readTextFile(path_, kTableLimits)),
       style_(style),
       columns_(std::move(columns)),
       order_(order),

@@ -1,10 +1,10 @@
 #include "depthservo/tracking/AprilTagTracker.h"
 
 #include <map>
-#include <stdexcept>
 
 #include "depthservo/visp/using.h"
 #include "target/aprilTagFamily.h"
+#include "text/require.h"
 #include "tracking/TagCorners.h"
 
 namespace depthservo {
@@ -14,11 +14,7 @@ namespace {
 constexpr double kUnrefinedSigma_px = 0.5;
 
 /// Between ink and paper [gray levels]: less is taken for noise, which is slow to search.
-constexpr int kLeastContrast = 20;
-
-void require(bool isMet, const std::string& what) {
-  if (!isMet) throw std::invalid_argument("AprilTagTracker: " + what);
-}
+constexpr int kLeastTagContrast = 20;
 
 struct DetectorDeleter {
   void operator()(apriltag_detector_t* detector) const { apriltag_detector_destroy(detector); }
@@ -35,24 +31,28 @@ class AprilTagTracker::Impl {
       : options_(options),
         family_(detail::makeAprilTagFamily(family)),
         detector_(apriltag_detector_create()) {
-    require(options.hamming >= 0 && options.hamming <= 2, "hamming is 0..2");
-    require(options.decision_margin >= 0 && options.decision_margin <= 255,
-            "decision_margin is 0..255");
-    require(options.decimate >= 1 && options.decimate <= 8, "decimate is 1..8");
+    detail::require("AprilTagTracker", options.hamming >= 0 && options.hamming <= 2,
+                    "hamming is 0..2");
+    detail::require("AprilTagTracker",
+                    options.decision_margin >= 0 && options.decision_margin <= 255,
+                    "decision_margin is 0..255");
+    detail::require("AprilTagTracker", options.decimate >= 1 && options.decimate <= 8,
+                    "decimate is 1..8");
     apriltag_detector_add_family_bits(detector_.get(), family_.get(), options.hamming);
     detector_->nthreads = 1;
     detector_->quad_decimate = static_cast<float>(options.decimate);
-    detector_->qtp.min_white_black_diff = kLeastContrast;
+    detector_->qtp.min_white_black_diff = kLeastTagContrast;
   }
 
   void setTags(const AprilTagTarget& target) {
-    require(!target.tags.empty(), "no tag");
+    detail::require("AprilTagTracker", !target.tags.empty(), "no tag");
     for (const AprilTagTarget::Tag& tag : target.tags) {
-      require(tag.id >= 0 && static_cast<std::uint32_t>(tag.id) < family_->ncodes,
-              "the family " + target.family + " has no tag " + std::to_string(tag.id));
+      detail::require("AprilTagTracker",
+                      tag.id >= 0 && static_cast<std::uint32_t>(tag.id) < family_->ncodes,
+                      "the family " + target.family + " has no tag " + std::to_string(tag.id));
       const int index = static_cast<int>(indices_.size());
-      require(indices_.emplace(tag.id, index).second,
-              "the tag " + std::to_string(tag.id) + " is there twice");
+      detail::require("AprilTagTracker", indices_.emplace(tag.id, index).second,
+                      "the tag " + std::to_string(tag.id) + " is there twice");
     }
     hasTarget_ = true;
   }

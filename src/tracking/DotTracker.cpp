@@ -3,10 +3,10 @@
 #include <visp3/blob/vpDot2.h>
 
 #include <algorithm>
-#include <stdexcept>
 #include <string>
 
 #include "depthservo/visp/using.h"
+#include "text/require.h"
 #include "tracking/DotDetector.h"
 #include "tracking/DotMeasurement.h"
 
@@ -30,10 +30,6 @@ constexpr double kContrastChange = 2, kContrastChangeHidden = 0.1, kContrastChan
 
 /// As many dots may look like one; factor by which the size of a dot's double may differ.
 constexpr double kDotsThatTouch = 3, kDoubleSize = 1.6;
-
-void require(bool isMet, const char* what) {
-  if (!isMet) throw std::invalid_argument(std::string("DotTracker: ") + what);
-}
 
 /// Where a dot should be, and how far from it to look.
 struct Place {
@@ -69,11 +65,13 @@ bool contains(const Image& image, const Eigen::Vector2d& p) {
 class DotTracker::Impl {
  public:
   Impl(std::size_t count, const DotTrackerOptions& options) : options_(options), dots_(count) {
-    require(options.least_radius_px > 0 && options.least_radius_px < options.most_radius_px &&
-                options.most_radius_px <= 200,
-            "radii are 0 < least < most <= 200 px");
-    require(options.start_radius_px >= 0 && options.start_radius_px <= 1e4,
-            "start_radius_px is 0..10000");
+    detail::require("DotTracker",
+                    options.least_radius_px > 0 &&
+                        options.least_radius_px < options.most_radius_px &&
+                        options.most_radius_px <= 200,
+                    "radii are 0 < least < most <= 200 px");
+    detail::require("DotTracker", options.start_radius_px >= 0 && options.start_radius_px <= 1e4,
+                    "start_radius_px is 0..10000");
     limits_.dark = options.polarity != DotPolarity::lightOnDark;
     limits_.light = options.polarity != DotPolarity::darkOnLight;
     limits_.least_radius_px = options.least_radius_px;
@@ -342,23 +340,29 @@ class DotTracker::Impl {
 
 DotTracker::DotTracker(const std::vector<Eigen::Vector2d>& starts, const DotTrackerOptions& options)
     : impl_(std::make_unique<Impl>(starts.size(), options)) {
-  require(!starts.empty(), "no start position");
-  for (const auto& start : starts) require(start.allFinite(), "a start position is not finite");
+  detail::require("DotTracker", !starts.empty(), "no start position");
+  for (const auto& start : starts)
+    detail::require("DotTracker", start.allFinite(), "a start position is not finite");
   impl_->setStarts(starts);
 }
 
 DotTracker::DotTracker(const DotTarget& target, const DotTrackerOptions& options)
     : impl_(std::make_unique<Impl>(target.points.size(), options)) {
-  require(target.points.size() >= 4, "to find a plate it needs at least four dots");
-  require(detail::hasFourInGeneralPosition(target), "no four dots without three on a line");
+  detail::require("DotTracker", target.points.size() >= 4,
+                  "to find a plate it needs at least four dots");
+  detail::require("DotTracker", detail::hasFourInGeneralPosition(target),
+                  "no four dots without three on a line");
   for (const auto& p : target.points) {
-    require(p.allFinite() && p.z() == 0, "the dots must lie in the plane z = 0");
+    detail::require("DotTracker", p.allFinite() && p.z() == 0,
+                    "the dots must lie in the plane z = 0");
   }
-  require(target.radius >= 0 && std::isfinite(target.radius), "the radius is >= 0 m");
+  detail::require("DotTracker", target.radius >= 0 && std::isfinite(target.radius),
+                  "the radius is >= 0 m");
   for (auto p = target.points.begin(); p != target.points.end(); ++p) {
-    require(std::all_of(p + 1, target.points.end(),
-                        [&](const auto& q) { return (*p - q).norm() > 2 * target.radius; }),
-            "dots of the plate overlap: make the radius less than half of their distance");
+    detail::require("DotTracker",
+                    std::all_of(p + 1, target.points.end(),
+                                [&](const auto& q) { return (*p - q).norm() > 2 * target.radius; }),
+                    "dots of the plate overlap: make the radius less than half of their distance");
   }
   impl_->setTarget(target);
 }

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
-#include <stdexcept>
 #include <string>
 
 #include "depthservo/visp/using.h"
 #include "motion/median.h"
+#include "text/require.h"
 #include "tracking/PatchAligner.h"
 
 namespace depthservo {
@@ -39,10 +39,6 @@ constexpr double kGainStep = 0.02;       // smaller changes of the light are lef
 /// Of the way back, which only has to tell 0.7 px from none.
 const cv::TermCriteria kBackwardCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.05);
 
-void require(bool isMet, const char* what) {
-  if (!isMet) throw std::invalid_argument(std::string("KltTracker: ") + what);
-}
-
 Eigen::Vector2d toEigen(const cv::Point2f& p) { return {p.x, p.y}; }
 cv::Point2f toCv(const Eigen::Vector2d& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y())};
@@ -67,16 +63,20 @@ class KltTracker::Impl {
       : options_(options),
         window_(options.window_px, options.window_px),
         criteria_(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.02) {
-    require(options.points >= 1 && options.points <= 2000, "points is 1..2000");
-    require(options.least_distance_px >= 3 && options.least_distance_px <= 1000,
-            "least_distance_px is 3..1000");
-    require(options.quality > 0 && options.quality < 1, "quality is 0..1");
-    require(options.window_px >= 5 && options.window_px <= 61 && options.window_px % 2 == 1,
-            "window_px is odd, 5..61");
-    require(options.levels >= 0 && options.levels <= 6, "levels is 0..6");
-    require(options.forward_backward_px > 0, "forward_backward_px is > 0");
-    require(options.similarity >= 0 && options.similarity <= 1, "similarity is 0..1");
-    require(options.patience >= 0, "patience is >= 0");
+    detail::require("KltTracker", options.points >= 1 && options.points <= 2000,
+                    "points is 1..2000");
+    detail::require("KltTracker",
+                    options.least_distance_px >= 3 && options.least_distance_px <= 1000,
+                    "least_distance_px is 3..1000");
+    detail::require("KltTracker", options.quality > 0 && options.quality < 1, "quality is 0..1");
+    detail::require("KltTracker",
+                    options.window_px >= 5 && options.window_px <= 61 && options.window_px % 2 == 1,
+                    "window_px is odd, 5..61");
+    detail::require("KltTracker", options.levels >= 0 && options.levels <= 6, "levels is 0..6");
+    detail::require("KltTracker", options.forward_backward_px > 0, "forward_backward_px is > 0");
+    detail::require("KltTracker", options.similarity >= 0 && options.similarity <= 1,
+                    "similarity is 0..1");
+    detail::require("KltTracker", options.patience >= 0, "patience is >= 0");
   }
 
   const std::vector<TrackedPoint>& track(const vpImage<unsigned char>& image,

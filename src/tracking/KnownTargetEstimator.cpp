@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kFewestPoints = 4;
 
 /// Extent across a line or a plane, relative to the extent of the target, that is none.
-constexpr double kThin = 1e-3;
+constexpr double kLeastExtent = 1e-3;
 
 /// Twice the log likelihood ratio at which the worse of two poses is given up.
 constexpr double kEnoughEvidence = 25;
@@ -99,7 +99,7 @@ std::optional<const char*> whyNoTarget(const std::vector<Eigen::Vector3d>& point
     if (!point.allFinite()) return "a point of the target is not finite";
   }
   const Eigen::Vector3d extent = extents(points);
-  if (!(extent[1] > kThin * extent[0])) return "the points of the target lie on one line";
+  if (!(extent[1] > kLeastExtent * extent[0])) return "the points of the target lie on one line";
   return {};
 }
 
@@ -107,7 +107,7 @@ KnownTargetEstimator::KnownTargetEstimator(const std::vector<Eigen::Vector3d>& p
                                            const Options& options, const DepthRange& range)
     : points_(checked(points)), observer_(points_, options, range) {
   const Eigen::Vector3d extent = extents(points_);
-  isFlat_ = extent[2] <= kThin * extent[0];
+  isFlat_ = extent[2] <= kLeastExtent * extent[0];
 }
 
 std::unique_ptr<PointSetEstimator> KnownTargetEstimator::clone() const {

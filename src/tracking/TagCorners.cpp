@@ -16,9 +16,9 @@ constexpr double kReach_px = 4;         // of a profile on either side of the ed
 constexpr double kLeastReach_px = 1.5;  // and at least
 constexpr double kBlurred_px = 1;       // of either end of a cell belongs to the edges there
 constexpr double kEnd_px = 0.5;         // of a profile, taken for the level of ink or paper
-constexpr int kSmooth = 4;             // these levels are averaged over so many profiles either way
-constexpr double kLeastContrast = 12;  // [gray levels]
-constexpr double kOutlier = 3;         // in robust standard deviations from the line
+constexpr int kSmooth = 4;  // these levels are averaged over so many profiles either way
+constexpr double kLeastEdgeContrast = 12;  // [gray levels]
+constexpr double kOutlier = 3;             // in robust standard deviations from the line
 constexpr std::size_t kLeastPoints = 4;
 constexpr double kCorrelated = 2;  // neighbouring profiles, a pixel apart, share pixels
 constexpr int kRounds = 3;         // short profiles are exact only about the edge
@@ -116,7 +116,7 @@ class SideFitter {
       inside /= last - first + 1;
       outside /= last - first + 1;
       const Profile& profile = profiles_[static_cast<std::size_t>(i)];
-      if (std::abs(outside - inside) < kLeastContrast) continue;
+      if (std::abs(outside - inside) < kLeastEdgeContrast) continue;
       // A step at s has the area (s + reach) inside + (reach - s) outside.
       const double s = (reach_px_ * (inside + outside) - profile.area) / (outside - inside);
       if (std::abs(s) < reach_px_ - 0.5) points_.emplace_back(profile.along, s);

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
-#include <stdexcept>
 #include <utility>
 
 #include "depthservo/visp/using.h"
+#include "text/require.h"
 #include "tracking/PatchAligner.h"
 #include "tracking/TaughtMatcher.h"
 
@@ -37,10 +37,6 @@ const cv::Size kWindow(21, 21);
 cv::Mat matOf(const Image& image) {
   return {static_cast<int>(image.getHeight()), static_cast<int>(image.getWidth()), CV_8U,
           image.bitmap};
-}
-
-void requireThat(bool isMet, const char* what) {
-  if (!isMet) throw std::invalid_argument(std::string("TaughtTracker: ") + what);
 }
 
 /// White noise of an image by its Laplacian's median, as a robust 1 sigma [gray levels].
@@ -277,16 +273,19 @@ class TaughtTracker::Impl {
 };
 
 TaughtTracker::TaughtTracker(const TaughtImage& taught, const TaughtTrackerOptions& options) {
-  requireThat(taught.points.size() >= 4, "needs at least four points");
+  detail::require("TaughtTracker", taught.points.size() >= 4, "needs at least four points");
   for (const Eigen::Vector2d& p : taught.points) {
-    requireThat(p.x() >= 0 && p.y() >= 0 && p.x() <= taught.image.getWidth() - 1.0 &&
-                    p.y() <= taught.image.getHeight() - 1.0,
-                "a point is outside of the image");
+    detail::require("TaughtTracker",
+                    p.x() >= 0 && p.y() >= 0 && p.x() <= taught.image.getWidth() - 1.0 &&
+                        p.y() <= taught.image.getHeight() - 1.0,
+                    "a point is outside of the image");
   }
-  requireThat(options.features >= 100 && options.features <= 5000, "features is 100..5000");
-  requireThat(options.ratio > 0 && options.ratio <= 1, "ratio is 0..1");
-  requireThat(options.least_matches >= 8, "least_matches is at least 8");
-  requireThat(options.similarity >= 0 && options.similarity < 1, "similarity is 0..1");
+  detail::require("TaughtTracker", options.features >= 100 && options.features <= 5000,
+                  "features is 100..5000");
+  detail::require("TaughtTracker", options.ratio > 0 && options.ratio <= 1, "ratio is 0..1");
+  detail::require("TaughtTracker", options.least_matches >= 8, "least_matches is at least 8");
+  detail::require("TaughtTracker", options.similarity >= 0 && options.similarity < 1,
+                  "similarity is 0..1");
   impl_ = std::make_unique<Impl>(taught, options);
 }
 

@@ -358,7 +358,7 @@ DepthEstimate toldDepth(double Z, double sigma_chi) {
 }
 
 /// As a corner where two walls overlap in the image, which slides along both.
-TEST(PointFeatures, onePointAtTheNearEndInDoubtDoesNotHoldBackTheOthers) {
+TEST(PointFeatures, onePointAtTheNearEndDoesNotHoldBackTheOthers) {
   const double Z_min = DepthRange{}.Z_min;
   PointFeatures features(4, DepthRange{});
   const auto depthsWhere = [&](const DepthEstimate& last) {
@@ -372,13 +372,16 @@ TEST(PointFeatures, onePointAtTheNearEndInDoubtDoesNotHoldBackTheOthers) {
   EXPECT_NEAR(depths[0], 1.4, 1e-12);
   EXPECT_NEAR(depths[1], 1.9, 1e-12);
   EXPECT_NEAR(depths[2], 2, 1e-12);
-  EXPECT_NEAR(depths[3], 1.9, 0.02) << "the median of those that are found";
+  EXPECT_NEAR(depths[3], 1.9, 1e-12) << "the median of those that are found";
+  features[3].setServoDepth(ServoDepth::observed);
+  EXPECT_NEAR(depthsWhere(toldDepth(Z_min, 3e4))[3], 1.9, 1e-12) << "it is not observed";
+  features[3].setServoDepth(ServoDepth::blended);
 
-  EXPECT_NEAR(depthsWhere(toldDepth(Z_min, 1))[3], Z_min, 1e-12) << "it is known to be there";
+  EXPECT_NEAR(depthsWhere(toldDepth(Z_min, 5))[3], 1.9, 1e-12) << "however sure it seems";
   EXPECT_LT(depthsWhere(toldDepth(1, 5))[0], 1.3) << "in doubt, but a depth: all are cautious";
 }
 
-TEST(PointFeatures, atTheNearEndInDoubtAllAreCautious) {
+TEST(PointFeatures, whereNoneIsFoundAllAreCautious) {
   PointFeatures features(2, DepthRange{});
   features.publish(ToldEstimates({toldDepth(DepthRange{}.Z_min, 3e4), toldDepth(2, 3)}), {},
                    MotionBuffer{}, 0);

@@ -160,8 +160,9 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   double Z_usable_;       // the last value that ViSP can use
   double Z_desired_ = 0;  // [m]; 0 when unknown
   // Of a group: the mean of the desired depths that are known, and the largest ratio of a depth to
-  // its cautiousZ, so that depths in doubt keep their proportions.
-  double Z_desiredOfGroup_ = 0, cautionOfGroup_ = 1;
+  // its cautiousZ, so that depths in doubt keep their proportions. The median of those that are
+  // found, where this one has run to the near end of the range; else 0.
+  double Z_desiredOfGroup_ = 0, cautionOfGroup_ = 1, Z_ofOthers_ = 0;
   ServoDepth servoDepthChoice_ = ServoDepth::blended;
   bool desiredIsGiven_ = false;  // by setDesiredDepth
   bool interactionAsked_ = false, depthUnused_ = false;
