@@ -63,7 +63,9 @@ std::string pngBytes(const std::filesystem::path& file) {
   return bytes;
 }
 
-std::string dataUrl(std::string_view png) { return "data:image/png;base64," + base64(png); }
+std::string dataUrl(std::string_view bytes, std::string_view kind) {
+  return "data:image/" + std::string(kind) + ";base64," + base64(bytes);
+}
 
 std::string pngSource(const std::filesystem::path& file) { return dataUrl(pngBytes(file)); }
 

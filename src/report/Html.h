@@ -12,8 +12,8 @@ std::string escaped(std::string_view text);
 
 /// The bytes of a PNG file. \throw InputError it is not one
 std::string pngBytes(const std::filesystem::path& file);
-/// A PNG as the source of an image element.
-std::string dataUrl(std::string_view png);
+/// A PNG, or an image of another kind, as the source of an image element.
+std::string dataUrl(std::string_view bytes, std::string_view kind = "png");
 /// The same of a file. \throw InputError it is not a PNG
 std::string pngSource(const std::filesystem::path& file);
 

@@ -130,13 +130,14 @@ std::size_t featureColumn(std::string_view name) {
 /// One row of features.csv as the page takes it.
 struct FeatureRow {
   int id;
-  double u, v, measured, Z, sigma_Z, status, Z_true, Z_low, Z_high, excitation;
+  double u, v, measured, Z, sigma_Z, status, Z_true, Z_low, Z_high, excitation, sigma_uv;
 
   double error() const { return std::abs(Z - Z_true) / Z_true; }
 
   static FeatureRow of(const TextTable& table) {
     const auto number = [&](std::string_view name) {
-      return numberOrUnknown(table, featureColumn(name));
+      const std::size_t column = featureColumn(name);
+      return column < table.columns() ? numberOrUnknown(table, column) : kUnknown;
     };
     const std::size_t status = featureColumn("status");
     const DepthStatus named = statusNamed(table.text(status));
@@ -156,6 +157,7 @@ struct FeatureRow {
     const double high = number("Z_high");
     row.Z_high = std::isnan(high) ? std::numeric_limits<double>::infinity() : high;
     row.excitation = number("excitation");
+    row.sigma_uv = number("sigma_uv");
     return row;
   }
 };
@@ -167,7 +169,7 @@ const std::vector<std::pair<std::string, Shown>>& curveColumns() {
       {"sigma_Z", Shown::sample},  {"status", Shown::sample},
       {"Z_true", Shown::extremes}, {"Z_low", Shown::lowest},
       {"Z_high", Shown::highest},  {"excitation", Shown::extremes},
-      {"error", Shown::extremes}};
+      {"error", Shown::extremes},  {"sigma_uv", Shown::highest}};
   return columns;
 }
 
@@ -181,13 +183,24 @@ struct Features {
     if (point == curves.end()) return;
     const double values[] = {row.u,       row.v,          row.measured, row.Z,
                              row.sigma_Z, row.status,     row.Z_true,   row.Z_low,
-                             row.Z_high,  row.excitation, row.error()};
+                             row.Z_high,  row.excitation, row.error(),  row.sigma_uv};
     for (std::size_t i = 0; i < std::size(values); ++i) point->second.add(i, frame, values[i]);
   }
 };
 
-bool hasHeaderOnly(const fs::path& file) {
-  const std::string header = headerLine(featureColumns());
+/// Columns of a features.csv: a folder of an older version lacks the last ones.
+std::vector<std::string> columnsOf(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string header;
+  std::getline(stream, header);
+  const std::size_t last = featureColumn("sigma_uv");
+  std::vector<std::string> columns = featureColumns();
+  if (header.find("," + columns[last]) == std::string::npos) columns.resize(last);
+  return columns;
+}
+
+bool hasHeaderOnly(const fs::path& file, const std::vector<std::string>& columns) {
+  const std::string header = headerLine(columns);
   std::string begin(header.size() + 1, '\0');
   std::ifstream stream(file, std::ios::binary);
   stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
@@ -199,9 +212,9 @@ Features readFeatures(const fs::path& file, const std::vector<double>& times, co
                       const std::vector<int>& chosen) {
   Features features;
   for (const int id : chosen) features.curves.emplace(id, Columns(rows, curveColumns()));
-  if (hasHeaderOnly(file)) return features;
-  TextTable table(file.string(), TextTable::Style::csv, featureColumns(),
-                  TextTable::Order::notDecreasing);
+  const std::vector<std::string> columns = columnsOf(file);
+  if (hasHeaderOnly(file, columns)) return features;
+  TextTable table(file.string(), TextTable::Style::csv, columns, TextTable::Order::notDecreasing);
   while (table.next()) {
     const auto frame = std::lower_bound(times.begin(), times.end(), table.time());
     if (frame == times.end() || *frame != table.time()) {

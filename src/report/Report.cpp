@@ -6,8 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "depthservo/text/InputError.h"
+#include "depthservo/text/NewFolder.h"
 #include "report/EmbeddedReport.h"
 #include "report/Html.h"
 #include "report/PageData.h"
@@ -55,6 +58,32 @@ std::string imageElements(const fs::path& folder) {
   return elements;
 }
 
+/// Pictures of the run's film, evenly spread: pairs of a time [s] and the source of an image.
+std::string filmJson(const fs::path& folder) {
+  constexpr std::size_t kMostPictures = 60;
+  std::vector<std::pair<double, fs::path>> pictures;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder / "film", none)) {
+    const auto time_s = detail::toNumber(entry.path().stem().string());
+    if (!time_s || entry.path().extension() != ".jpg") {
+      throw InputError({entry.path().string(), 0, ""}, "expected a picture named by its time");
+    }
+    pictures.emplace_back(*time_s, entry.path());
+  }
+  std::sort(pictures.begin(), pictures.end());
+  const std::size_t every = (pictures.size() + kMostPictures - 1) / kMostPictures;
+  std::string json;
+  for (std::size_t i = 0; i < pictures.size(); i += every) {
+    const std::string bytes = detail::readFile(pictures[i].second.string(), kLargestFile);
+    if (bytes.compare(0, 2, "\xFF\xD8") != 0) {
+      throw InputError({pictures[i].second.string(), 0, ""}, "is not a JPEG image");
+    }
+    json += fmt::format("{}[{:.9f},\"{}\"]", json.empty() ? "" : ",", pictures[i].first,
+                        html::dataUrl(bytes, "jpeg"));
+  }
+  return '[' + json + ']';
+}
+
 /// What images and odometry disagree about, if anything.
 std::string diagnosisElement(const Json& run) {
   if (!run.contains("diagnosis")) return "";
@@ -74,7 +103,8 @@ std::string reportPage(const fs::path& folder, const Json& run) {
   }
   const std::string command = text("command"), name = text("name"),
                     sentence = html::escaped(headline.sentence), diagnosis = diagnosisElement(run),
-                    images = imageElements(folder), data = pageData(run, folder);
+                    images = imageElements(folder), film = filmJson(folder),
+                    data = pageData(run, folder);
   const EmbeddedReport& report = embeddedReport();
   return html::filled(report.page, {{"command", command},
                                     {"name", name},
@@ -83,27 +113,45 @@ std::string reportPage(const fs::path& folder, const Json& run) {
                                     {"verdict", sentence},
                                     {"diagnosis", diagnosis},
                                     {"images", images},
+                                    {"film", film},
                                     {"data", data},
                                     {"style", report.style},
                                     {"script", report.script}});
 }
 
+/// The page of a run folder as it stands in its files.
+std::string pageOf(const fs::path& folder) {
+  const fs::path file = folder / "run.json";
+  try {
+    return reportPage(folder, Json::parse(detail::readFile(file.string(), kLargestFile)));
+  } catch (const Json::exception& error) {
+    throw InputError({file.string(), 0, ""}, error.what());
+  }
+}
+
 }  // namespace
 
 void writeReport(const fs::path& runFolder) {
-  const fs::path runFile = runFolder / "run.json", partial = runFolder / ".report.html";
+  const fs::path partial = runFolder / ".report.html";
   try {
-    const Json run = Json::parse(detail::readFile(runFile.string(), kLargestFile));
-    writeFile(partial, reportPage(runFolder, run));
+    writeFile(partial, pageOf(runFolder));
     fs::rename(partial, runFolder / "report.html");
-  } catch (const Json::exception& error) {
-    throw InputError({runFile.string(), 0, ""}, error.what());
   } catch (const fs::filesystem_error& error) {
     std::error_code ignored;
     fs::remove(partial, ignored);
     throw InputError({(runFolder / "report.html").string(), 0, ""},
                      "cannot be written: " + error.code().message());
   }
+}
+
+void writeReportOfTwo(const fs::path& one, const fs::path& other, const fs::path& file) {
+  const std::string left = html::escaped(pageOf(one)), right = html::escaped(pageOf(other)),
+                    leftName = html::escaped(one.string()),
+                    rightName = html::escaped(other.string());
+  makeFile(file, html::filled(embeddedReport().pair, {{"left", left},
+                                                      {"right", right},
+                                                      {"left_name", leftName},
+                                                      {"right_name", rightName}}));
 }
 
 }  // namespace depthservo

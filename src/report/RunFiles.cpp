@@ -21,8 +21,9 @@ std::string columnName(const std::string& commandName) {
 
 const std::vector<std::string>& featureColumns() {
   static const std::vector<std::string> columns = {
-      "timestamp", "id",    "u",      "v",          "measured",      "Z", "sigma_Z", "status",
-      "Z_true",    "Z_low", "Z_high", "excitation", "frames_to_5pct"};
+      "timestamp",      "id",      "u",      "v",     "measured", "Z",
+      "sigma_Z",        "status",  "Z_true", "Z_low", "Z_high",   "excitation",
+      "frames_to_5pct", "sigma_uv"};
   return columns;
 }
 

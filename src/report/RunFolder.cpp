@@ -68,11 +68,12 @@ void writeFeatures(const RunLog& log, const fs::path& file) {
       if (feature.estimate.status == DepthStatus::unset) continue;
       const DepthEstimate estimate = reportable(feature.estimate);
       const auto [Z_low, Z_high] = estimate.interval();
-      csv.write(fmt::format("{:.9f},{},{},{},{:d},{},{},{},{},{},{},{},{}\n", frame.time_s,
+      csv.write(fmt::format("{:.9f},{},{},{},{:d},{},{},{},{},{},{},{},{},{}\n", frame.time_s,
                             feature.id, cell(feature.u), cell(feature.v), feature.measured,
                             cell(estimate.Z()), cell(estimate.sigma_Z()), toString(estimate.status),
                             cell(feature.Z_true), cell(Z_low), cell(Z_high),
-                            cell(estimate.excitation), cell(feature.frames_to_5pct)));
+                            cell(estimate.excitation), cell(feature.frames_to_5pct),
+                            cell(estimate.sigma_xy * log.camera.fx)));
     }
   }
   csv.close();
@@ -133,6 +134,17 @@ void writeImage(const PinholeCamera& camera, const std::vector<unsigned char>& g
   writeFile(file, detail::pngOf(gray.data(), {camera.width, camera.height}, kQuick));
 }
 
+/// Each picture named by its time.
+void writeFilm(const Film& film, const fs::path& folder) {
+  constexpr int kQuality = 70;
+  if (film.pictures().empty()) return;
+  fs::create_directory(folder);
+  for (const Film::Picture& picture : film.pictures()) {
+    writeFile(folder / fmt::format("{:.9f}.jpg", picture.time_s),
+              detail::jpegOf(picture.gray.data(), {picture.width, picture.height}, kQuality));
+  }
+}
+
 }  // namespace
 
 bool writeRunFolder(const RunLog& log, const fs::path& folder) {
@@ -145,6 +157,7 @@ bool writeRunFolder(const RunLog& log, const fs::path& folder) {
     for (const auto& [stem, gray] : log.images) {
       writeImage(log.camera, gray, place / (stem + ".png"));
     }
+    writeFilm(log.film, place / "film");
     writeReport(place);
     plotted = drawPlots(log, place);
   });

@@ -50,4 +50,7 @@ class ImageFile {
 /// images with smooth parts
 std::string pngOf(const unsigned char* gray, ImageSize size, int level);
 
+/// A JPEG file of gray levels, row by row. \param quality 1..100
+std::string jpegOf(const unsigned char* gray, ImageSize size, int quality);
+
 }  // namespace depthservo::detail

@@ -1,9 +1,11 @@
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
 #include <optional>
+#include <string>
 
-#include "sequence/imageFormats.h"
+#include "sequence/GrayImage.h"
 
 // jpeglib.h needs <cstddef> and <cstdio> before it.
 // clang-format off
@@ -95,6 +97,33 @@ void decode(std::string_view bytes, const ImageHeader&, void* levels) {
 }  // namespace
 
 ImageFormat jpegFormat() { return {header, decode}; }
+
+std::string jpegOf(const unsigned char* gray, ImageSize size, int quality) {
+  jpeg_compress_struct jpeg{};
+  jpeg_error_mgr errors{};
+  jpeg.err = jpeg_std_error(&errors);  // ends the program when memory does, nothing else can fail
+  jpeg_create_compress(&jpeg);
+  unsigned char* bytes = nullptr;
+  unsigned long count = 0;
+  jpeg_mem_dest(&jpeg, &bytes, &count);
+  jpeg.image_width = static_cast<JDIMENSION>(size.width);
+  jpeg.image_height = static_cast<JDIMENSION>(size.height);
+  jpeg.input_components = 1;
+  jpeg.in_color_space = JCS_GRAYSCALE;
+  jpeg_set_defaults(&jpeg);
+  jpeg_set_quality(&jpeg, quality, TRUE);
+  jpeg_start_compress(&jpeg, TRUE);
+  while (jpeg.next_scanline < jpeg.image_height) {
+    auto* row =
+        const_cast<unsigned char*>(gray) + std::size_t(jpeg.next_scanline) * jpeg.image_width;
+    jpeg_write_scanlines(&jpeg, &row, 1);
+  }
+  jpeg_finish_compress(&jpeg);
+  std::string file(reinterpret_cast<const char*>(bytes), count);
+  jpeg_destroy_compress(&jpeg);
+  std::free(bytes);
+  return file;
+}
 
 int exifOrientation(std::string_view tiff) {
   if (tiff.size() < 8) return 1;

@@ -39,6 +39,7 @@ class TextTable {
   bool isNaN(std::size_t column) const;                     ///< it says "nan", in any spelling
   int id(std::size_t column) const;
   std::string_view text(std::size_t column) const { return fields_[column]; }
+  std::size_t columns() const { return columns_.size(); }  ///< that were asked for
 
   [[noreturn]] void fail(std::size_t column, const std::string& message) const;
 

@@ -16,6 +16,7 @@
 #include "depthservo/depth/MeasurementNoise.h"
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/Twist.h"
+#include "depthservo/observation/Film.h"
 #include "depthservo/pose/FrameRateConditions.h"
 
 namespace depthservo {
@@ -144,6 +145,7 @@ struct RunLog {
   /// Gray images worth keeping, by file stem ("first", "last"), row-major 8 bit of the camera's
   /// size.
   std::vector<std::pair<std::string, std::vector<unsigned char>>> images;
+  Film film;  ///< what happened, to look at
 
   /// Seconds of wall clock per frame, by stage; the only thing that differs between two equal runs.
   std::vector<std::pair<std::string, std::vector<double>>> timings;

@@ -104,11 +104,14 @@ function showFigures() {
 
 // ---- Paths in the image -------------------------------------------------------------------------
 
+/** The drawing over the image, and the size of its marks. */
+let over = null;
 function showImage() {
   const view = byId('image-view'), width = run.camera.width, height = run.camera.height;
   const size = Math.max(width, height) / 640;  // marks keep their size on the page
   const svg = drawn(view, 'svg', {viewBox: `-0.5 -0.5 ${width} ${height}`, role: 'img',
     'aria-label': 'paths of the points in the image'});
+  over = {svg, size};
   const line = (path, colour, dashed) => {
     if (!path) return;
     const common = {d: path, fill: 'none', 'stroke-linejoin': 'round'};
@@ -242,6 +245,8 @@ function plateFromAbove() {
   return {corners, facing, centre: [0, 1].map(k => corners.reduce((sum, q) => sum + q[k], 0) / corners.length)};
 }
 
+/** Called with the row that is shown. */
+const places = [];
 function showRobot() {
   const x = frames.robot_x, y = frames.robot_y, theta = frames.robot_theta;
   const known = ranges(time.length, i => isKnown(x[i]) && isKnown(y[i]));
@@ -295,6 +300,11 @@ function showRobot() {
   if (goal) robotAt(goal.x, goal.y, goal.theta, {fill: 'none', stroke: '#000', 'stroke-width': 1.2});
   robotAt(x[begin], y[begin], theta[begin], {fill: '#fff', stroke: ESTIMATE, 'stroke-width': 1.5});
   robotAt(x[end], y[end], theta[end], {fill: ESTIMATE, 'fill-opacity': 0.85});
+  let now = null;
+  places.push(row => {
+    if (now) now.remove();
+    now = isKnown(x[row]) ? robotAt(x[row], y[row], theta[row], {fill: ASKED, stroke: '#000', 'stroke-width': 0.8}) : null;
+  });
   element(byId('robot'), 'p', '▷ start   ▶ end' + (goal ? '   black outline: goal' : ''), 'key').style.whiteSpace = 'pre';
 }
 
@@ -441,6 +451,9 @@ showHistogram();
 showRobot();
 showCharts();
 showEvents();
+const view = {time, points, run, frames, charts, places, start: data.start, ...over};
+places.push(startScene(view));
+startPlayer(view);
 byId('whole').onclick = () => zoomTo(time[0], time[time.length - 1]);
 if (data.bucket > 1) {
   byId('thinned').textContent = ` · thinned: every two points of a curve are the extremes of ${data.bucket} images`;

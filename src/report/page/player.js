@@ -1,0 +1,126 @@
+// One moment of the run, shown everywhere at once: charts, camera image, robot from above, scene.
+
+/**
+ * view: {time, points, run, frames, charts, svg, size, limit, places: functions of a row to be called}
+ */
+function startPlayer(view) {
+  const {time, charts} = view, last = time.length - 1;
+  const film = JSON.parse(byId('film').textContent).map(([t, source]) => ({t: t - view.start, source}));
+  const slider = byId('moment'), clock = byId('clock'), button = byId('play');
+  if (last < 1) return;
+  byId('player').hidden = false;
+  slider.max = last;
+
+  const cursors = charts.map(chart => element(chart.graphDiv, 'i', undefined, 'cursor'));
+  function showInCharts(row) {
+    charts.forEach((chart, i) => {
+      chart.setSelection(row);
+      const x = chart.toDomXCoord(time[row]), area = chart.getArea();
+      cursors[i].style.display = x >= area.x && x <= area.x + area.w ? 'block' : 'none';
+      cursors[i].style.left = x + 'px';
+    });
+  }
+
+  const picture = film.length ? element(byId('image-view'), 'img') : null;
+  const choices = [...byId('image-choice').querySelectorAll('button')];
+  if (picture) {
+    picture.alt = 'camera image of this moment';
+    byId('image-view').insertBefore(picture, view.svg);
+    picture.hidden = true;
+  }
+  /** The last picture that is not later. */
+  function showPicture(row) {
+    if (!picture) return;
+    let k = film.findIndex(p => p.t > time[row] + 1e-6) - 1;
+    if (k === -2) k = film.length - 1;
+    if (k < 0) return;
+    if (picture.src !== film[k].source) picture.src = film[k].source;
+    if (!picture.hidden) return;
+    picture.hidden = false;
+    for (const other of byId('image-view').querySelectorAll('img')) other.hidden = other !== picture;
+    for (const choice of choices) choice.setAttribute('aria-pressed', false);
+  }
+
+  const marks = drawn(view.svg, 'g', {});
+  /** Where the points are, or are expected; around it two sigma of that. */
+  function showMarks(row) {
+    marks.replaceChildren();
+    for (const point of view.points) {
+      const u = point.u[row], v = point.v[row], sigma = point.sigma_uv && point.sigma_uv[row];
+      if (!isKnown(u) || !isKnown(v)) continue;
+      const isMeasured = point.measured[row] === 1;
+      if (isKnown(sigma)) {
+        drawn(marks, 'circle', {cx: u, cy: v, r: Math.min(2 * sigma, 4000), fill: point.colour, 'fill-opacity': 0.2, stroke: 'none'});
+      }
+      const ring = {cx: u, cy: v, r: 6 * view.size, fill: 'none', 'stroke-dasharray': isMeasured ? 'none' : `${3 * view.size}`};
+      drawn(marks, 'circle', {...ring, stroke: '#fff', 'stroke-width': 4 * view.size});
+      drawn(marks, 'circle', {...ring, stroke: point.colour, 'stroke-width': 2.2 * view.size});
+    }
+  }
+
+  let row = last, timer = null;
+  function show(wanted) {
+    row = Math.max(0, Math.min(last, wanted));
+    slider.value = row;
+    clock.textContent = `${time[row].toFixed(2)} s`;
+    slider.setAttribute('aria-valuetext', clock.textContent);
+    showInCharts(row);
+    showPicture(row);
+    showMarks(row);
+    for (const place of view.places) place(row);
+  }
+
+  function stop() {
+    cancelAnimationFrame(timer);
+    timer = null;
+    button.textContent = '▶';
+    button.setAttribute('aria-label', 'play');
+  }
+  /** In real time; a run longer than a minute is shown within one. */
+  function play() {
+    if (row === last) row = 0;
+    const speed = Math.max(1, (time[last] - time[0]) / 60), from = time[row];
+    let begin = null;
+    const step = now => {
+      if (begin === null) begin = now;
+      const t = from + speed * (now - begin) / 1000;
+      let next = row;
+      while (next < last && time[next + 1] <= t) ++next;
+      if (next !== row) show(next);
+      if (row === last) stop();
+      else timer = requestAnimationFrame(step);
+    };
+    button.textContent = '❚❚';
+    button.setAttribute('aria-label', 'pause');
+    timer = requestAnimationFrame(step);
+  }
+  const toggle = () => timer === null ? play() : stop();
+
+  button.onclick = toggle;
+  slider.oninput = () => { stop(); show(Number(slider.value)); };
+  for (const chart of charts) {
+    chart.updateOptions({clickCallback: (event, x) => {
+      stop();
+      show(time.reduce((best, t, i) => Math.abs(t - x) < Math.abs(time[best] - x) ? i : best, 0));
+    }});
+  }
+  document.addEventListener('keydown', event => {
+    const tag = event.target.tagName;
+    if (event.ctrlKey || event.altKey || event.metaKey || tag === 'SUMMARY' || (tag === 'BUTTON' && event.target !== button)) return;
+    const steps = {ArrowLeft: -1, ArrowRight: 1}[event.key];
+    if (event.key === ' ') toggle();
+    else if (steps) { stop(); show(row + steps * (event.shiftKey ? 10 : 1)); }
+    else if (event.key === 'Home') { stop(); show(0); }
+    else if (event.key === 'End') { stop(); show(last); }
+    else return;
+    event.preventDefault();
+  });
+  for (const choice of choices) {
+    choice.addEventListener('click', () => { stop(); if (picture) picture.hidden = true; marks.replaceChildren(); });
+  }
+  clock.textContent = `${time[last].toFixed(2)} s`;
+  slider.value = last;
+  // For a page that lays two runs side by side, and for tests.
+  const rowAt = t => Math.max(0, time.findIndex((value, i) => i === last || time[i + 1] > t));
+  window.depthservo = {show, row: () => row, duration: time[last], showTime: t => { stop(); show(rowAt(t)); }};
+}
