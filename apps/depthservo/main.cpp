@@ -1,7 +1,11 @@
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <visp3/core/vpConfig.h>
 
+#include <Eigen/Core>
 #include <csignal>
 #include <cstdio>
+#include <opencv2/core/version.hpp>
+#include <string>
 
 #include "commands.h"
 #include "depthservo/text/InterruptWatch.h"
@@ -21,6 +25,7 @@ Examples:
   depthservo replay my-sequence --prior 3 --out my-replay           observe depth on recorded data
   depthservo compare my-sequence --out my-comparison                all estimators on the same data
   depthservo report my-run                                          make report.html anew
+  depthservo report my-run other-run                                one page of both, side by side
   depthservo reproduce all                                          papers' simulations, theirs vs ours
   depthservo live --source 0 --camera camera.yaml --target target.yaml --twist twists.fifo
   depthservo teach --source 0 --camera camera.yaml --target target.yaml --out my-goal
@@ -34,9 +39,16 @@ Examples:
 Exit codes: 0 as expected (or converged, or timeout), 1 not as expected, 2 bad arguments or input,
 3 any other outcome, 4 stopped by safety, 70 internal error, 130 Ctrl-C. Words go to stderr, data to stdout.)";
 
+/// Of depthservo, and of the libraries it was built with.
+std::string versions() {
+  return fmt::format("depthservo {}\nViSP {}.{}.{}, OpenCV {}, Eigen {}.{}.{}", DEPTHSERVO_VERSION,
+                     VISP_VERSION_MAJOR, VISP_VERSION_MINOR, VISP_VERSION_PATCH, CV_VERSION,
+                     EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION);
+}
+
 int run(int argc, char** argv) {
   CLI::App app{kExamples, "depthservo"};
-  app.set_version_flag("--version", "depthservo " DEPTHSERVO_VERSION);
+  app.set_version_flag("--version", versions());
   app.require_subcommand(1);
   app.get_formatter()->column_width(44);
   int exitCode = kMet;

@@ -121,7 +121,7 @@ TEST(RunFolder, features_csv_has_every_point_in_every_frame_and_reads_back_exact
   const auto rows = rowsOf(place.read("run/features.csv"));
   EXPECT_EQ(rows[0], (std::vector<std::string>{"timestamp", "id", "u", "v", "measured", "Z",
                                                "sigma_Z", "status", "Z_true", "Z_low", "Z_high",
-                                               "excitation", "frames_to_5pct"}));
+                                               "excitation", "frames_to_5pct", "sigma_uv"}));
   ASSERT_EQ(rows.size(), 1 + 31 * 4 - 1u);
   const FeatureRecord& feature = log.frames[1].features[2];
   const auto& row = rows[1 + 3 + 2];
