@@ -31,9 +31,8 @@ MotionSource chooseMotion(const Sequence& sequence, MotionSource wanted) {
                         : MotionSource::target;
     if (wanted == MotionSource::target && !hasTarget) {
       refuse(sequence,
-             "the camera's motion is unknown: needs twist.csv, ground truth (groundtruth.txt, "
-             "*.gt.freiburg or mav0/state_groundtruth_estimate0/data.csv) or a target of at least "
-             "four points in sequence.yaml");
+             "the camera's motion is unknown: needs " + sequence.motionSources() +
+                 " or a target of at least four points in sequence.yaml (or --target FILE)");
     }
   }
   if (wanted == MotionSource::twist && !hasTwist)
