@@ -25,18 +25,19 @@ class Db3Bag : public Bag {
 
  private:
   Statement prepare(const char* sql) const;
+  void checkSize();
   void requireTables() const;
   void readTopics();
   std::string bytesOf(std::int64_t row, std::size_t most, std::uint64_t& size) const;
   [[noreturn]] void refuse(const std::string& reason) const { throw InputError({path_, 0, ""}, reason); }
 
-  std::string path_;
+  std::string path_, cut_;
   Database database_{nullptr, sqlite3_close};
   std::map<std::int64_t, std::size_t> topicOf_;
 };
 
 Db3Bag::Db3Bag(const std::string& path) : path_(path) {
-  FileBytes(path_).size();  // says what is wrong with the file in our words
+  checkSize();
   sqlite3* opened = nullptr;
   const int result = sqlite3_open_v2(path.c_str(), &opened, SQLITE_OPEN_READONLY, nullptr);
   database_.reset(opened);
@@ -56,6 +57,21 @@ Statement Db3Bag::prepare(const char* sql) const {
                        sqlite3_errmsg(database_.get())));
   }
   return {made, sqlite3_finalize};
+}
+
+/// SQLite reads a file of fewer pages than its header tells (https://sqlite.org/fileformat.html).
+void Db3Bag::checkSize() {
+  FileBytes file(path_);
+  constexpr std::uint64_t kHeader = 100;
+  if (file.size() < kHeader) refuse("is not a SQLite file or is cut off");
+  const std::string header(file.at(0, kHeader));
+  const auto byte = [&](std::size_t i) { return std::uint64_t{static_cast<unsigned char>(header[i])}; };
+  const std::uint64_t told = byte(16) << 8 | byte(17), page = told == 1 ? 65536 : told;
+  const std::uint64_t pages = byte(28) << 24 | byte(29) << 16 | byte(30) << 8 | byte(31);
+  if (header.compare(24, 4, header, 92, 4) == 0 && file.size() < pages * page) {
+    cut_ = fmt::format("the file has {} of {} bytes (cut off?); what is whole of it is read",
+                       file.size(), pages * page);
+  }
 }
 
 /// Tables, not views, which may compute anything.
@@ -143,6 +159,7 @@ void Db3Bag::visit(BagVisitor& visitor) {
     }
   }
   warnings_.clear();
+  if (!cut_.empty()) warnings_.push_back(cut_);
   if (result != SQLITE_DONE) {
     warnings_.push_back(fmt::format("the file is cut off or damaged ({}); what is whole before it is "
                                     "read",
