@@ -1,5 +1,3 @@
-#include "depthservo/sequence/RecordingInfo.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "depthservo/sequence/RecordingInfo.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -33,9 +32,8 @@ void printTopic(const RecordedTopic& t) {
   if (t.messages > 0) line += fmt::format(", from {:.3f} to {:.3f} s", t.span.from_s, t.span.to_s);
   if (!t.gaps.empty()) {
     const auto longest = std::max_element(
-        t.gaps.begin(), t.gaps.end(), [](const TimeSpan& a, const TimeSpan& b) {
-          return a.to_s - a.from_s < b.to_s - b.from_s;
-        });
+        t.gaps.begin(), t.gaps.end(),
+        [](const TimeSpan& a, const TimeSpan& b) { return a.to_s - a.from_s < b.to_s - b.from_s; });
     line += fmt::format(", {} gaps, the longest {:.3g} s at {:.3f} s", t.gaps.size(),
                         longest->to_s - longest->from_s, longest->from_s);
   }
@@ -70,11 +68,16 @@ void print(const RecordingInfo& info) {
 }
 
 nlohmann::ordered_json toJson(const RecordedTopic& t) {
-  nlohmann::ordered_json json = {{"name", t.name},         {"type", t.type},
-                                 {"use", t.use},           {"messages", t.messages},
-                                 {"unreadable", t.unreadable}, {"rate", t.rate_hz},
-                                 {"from", t.span.from_s},  {"to", t.span.to_s},
-                                 {"content", t.content},   {"frames", t.frames}};
+  nlohmann::ordered_json json = {{"name", t.name},
+                                 {"type", t.type},
+                                 {"use", t.use},
+                                 {"messages", t.messages},
+                                 {"unreadable", t.unreadable},
+                                 {"rate", t.rate_hz},
+                                 {"from", t.span.from_s},
+                                 {"to", t.span.to_s},
+                                 {"content", t.content},
+                                 {"frames", t.frames}};
   auto& gaps = json["gaps"] = nlohmann::ordered_json::array();
   for (const TimeSpan& gap : t.gaps) gaps.push_back({gap.from_s, gap.to_s});
   json["received_later"] = nullptr;

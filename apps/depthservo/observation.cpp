@@ -265,10 +265,11 @@ void addSourceOptions(CLI::App& command, SequenceOptions& source) {
       .add_option_function<std::vector<double>>(
           "--camera-in-base",
           [&source](const std::vector<double>& values) {
-            source.cameraInBase = RpyPose{{values[0], values[1], values[2]},
-                                          {values[3], values[4], values[5]}};
+            source.cameraInBase =
+                RpyPose{{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
           },
-          "Place of the camera (z forward, x right) in the base whose twists the rows are [m, rad]: "
+          "Place of the camera (z forward, x right) in the base whose twists the rows are [m, "
+          "rad]: "
           "they become the camera's; default: rows are the camera's, of a bag by its transforms")
       ->type_name("X,Y,Z,ROLL,PITCH,YAW")
       ->delimiter(',')

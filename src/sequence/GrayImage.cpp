@@ -26,8 +26,7 @@ ImageFormat formatOf(std::string_view bytes) {
 
 }  // namespace
 
-ImageFile::ImageFile(const std::string& path)
-    : ImageFile(path, readFile(path, kLargestFile)) {}
+ImageFile::ImageFile(const std::string& path) : ImageFile(path, readFile(path, kLargestFile)) {}
 
 ImageFile::ImageFile(std::string name, std::string bytes, const ImageFormat& format)
     : path_(std::move(name)),

@@ -32,7 +32,8 @@ RecordedTopic topicOf(const detail::SurveyedTopic& t) {
   RecordedTopic topic = topicOf(t.topic.name, t.topic.type, times);
   topic.content = t.topic.fault.empty() ? t.content : t.topic.fault;
   topic.unreadable = t.undecoded;
-  if (const auto age = detail::stampAgeOf(t)) topic.age = {age->median_s, age->least_s, age->most_s};
+  if (const auto age = detail::stampAgeOf(t))
+    topic.age = {age->median_s, age->least_s, age->most_s};
   for (const std::string& frame : t.frames) {
     if (!frame.empty()) topic.frames.push_back(frame);
   }

@@ -203,9 +203,9 @@ void Sequence::readFolder(const SequenceOptions& options) {
   const std::string& folder = folder_;
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw InputError({folder, 0, ""}, exists(folder)
-                                          ? "is neither a folder nor a bag"
-                                          : "there is no such folder or bag" + didYouMeanFile(folder));
+    throw InputError({folder, 0, ""},
+                     exists(folder) ? "is neither a folder nor a bag"
+                                    : "there is no such folder or bag" + didYouMeanFile(folder));
   }
   if (options.fps != 0 && !kRates.contains(options.fps)) {
     throw InputError({folder, 0, "--fps"},

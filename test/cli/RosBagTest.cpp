@@ -40,8 +40,9 @@ TEST(RosBagTest, the_camera_in_the_base_may_be_given_instead_of_transforms) {
 TEST(RosBagTest, info_tells_what_it_has_and_what_is_missing) {
   const Result text = test::depthservo("info " + kBags + "lz4.bag");
   EXPECT_EQ(text.exitCode, 0) << text.err;
-  for (const char* words : {"/odom (nav_msgs/Odometry): 80, 50 Hz", "<- odometry", "0.004 s later",
-                            "frame camera_link in base_link", "left, right", "it can be replayed"}) {
+  for (const char* words :
+       {"/odom (nav_msgs/Odometry): 80, 50 Hz", "<- odometry", "0.004 s later",
+        "frame camera_link in base_link", "left, right", "it can be replayed"}) {
     EXPECT_NE(text.out.find(words), std::string::npos) << words << "\n" << text.out;
   }
   const auto json = test::depthservo("info " + kBags + "zstd.mcap --json").json();
@@ -61,7 +62,8 @@ TEST(RosBagTest, other_commands_take_bags_and_wrong_words_are_refused_in_one_lin
                                              " --estimators filter,constant --json");
   EXPECT_EQ(comparison.exitCode, 0) << comparison.err;
   const std::string replay = "replay " + kBags;
-  expectRefused(test::depthservo(replay + "lz4.bag --topics image=/imu"), {"/imu", "sensor_msgs/Imu"});
+  expectRefused(test::depthservo(replay + "lz4.bag --topics image=/imu"),
+                {"/imu", "sensor_msgs/Imu"});
   expectRefused(test::depthservo(replay + "lz4.bag --topics odometry=/odom@nowhere"),
                 {"nowhere", "camera_optical", "--camera-in-base"});
   expectRefused(test::depthservo(replay + "drive --topics image=/a"), {"--topics", "folder"});

@@ -5,12 +5,12 @@
 #include <chrono>
 #include <filesystem>
 
+#include "bagParts.h"
 #include "depthservo/motion/Motion.h"
 #include "depthservo/sequence/RecordingInfo.h"
 #include "depthservo/sequence/Sequence.h"
 #include "sequence/GrayImage.h"
 #include "sequence/bag/rosImage.h"
-#include "bagParts.h"
 #include "support/InputErrors.h"
 #include "support/Random.h"
 #include "support/TemporaryFolder.h"
@@ -23,7 +23,7 @@ using test::isRefusal;
 using test::McapParts;
 
 const std::string kBags = std::string(DEPTHSERVO_BAGS) + "/";
-const char* const kBagFiles[] = {"lz4.bag",    "bz2.bag",   "png.bag",  "lz4.mcap",
+const char* const kBagFiles[] = {"lz4.bag",   "bz2.bag",    "png.bag", "lz4.mcap",
                                  "zstd.mcap", "little.db3", "big.db3"};
 
 double distance(const Twist& a, const Twist& b) { return (a.vector() - b.vector()).norm(); }
@@ -324,7 +324,8 @@ TEST_F(BagTest, sizes_are_checked_before_anything_is_unpacked) {
 
 TEST_F(BagTest, a_chunk_whose_index_names_no_topic_that_is_needed_is_passed_over) {
   const std::string head = McapParts::file("");
-  const std::string before = records_ + McapParts::channel(12, "/lidar", "sensor_msgs/msg/PointCloud2");
+  const std::string before =
+      records_ + McapParts::channel(12, "/lidar", "sensor_msgs/msg/PointCloud2");
   const std::uint64_t place = head.size() - 8 - 29 + before.size();
   const std::string damaged = McapParts::chunk("zstd", 1000, "cannot be unpacked");
   test::Packed index;
@@ -363,7 +364,7 @@ TEST(RosImageTest, every_encoding_gives_its_gray) {
     std::vector<unsigned char> pixel;
     unsigned gray;
   } kCases[] = {{"mono8", {77}, 77},
-                {"rgb8", {200, 100, 50}, 124},   // 0.299 R + 0.587 G + 0.114 B = 124.2
+                {"rgb8", {200, 100, 50}, 124},  // 0.299 R + 0.587 G + 0.114 B = 124.2
                 {"bgr8", {50, 100, 200}, 124},
                 {"rgba8", {200, 100, 50, 9}, 124},
                 {"bgra8", {50, 100, 200, 9}, 124},
@@ -391,11 +392,11 @@ TEST(RosImageTest, every_encoding_gives_its_gray) {
     const auto format = detail::rosImageFormat(detail::MessageEncoding::cdr);
     const auto image = detail::ImageFile("x", message(pixels), format).gray();
     ASSERT_EQ(image.getWidth(), kWidth);
-    for (unsigned i = 0; i < image.getSize(); ++i) EXPECT_EQ(image.bitmap[i], one.gray) << one.encoding;
-    EXPECT_TRUE(isRefusal(inputErrorOf([&] {
-                            detail::ImageFile("x", message(pixels.substr(1)), format);
-                          }),
-                          {"pixels are missing"}));
+    for (unsigned i = 0; i < image.getSize(); ++i)
+      EXPECT_EQ(image.bitmap[i], one.gray) << one.encoding;
+    EXPECT_TRUE(
+        isRefusal(inputErrorOf([&] { detail::ImageFile("x", message(pixels.substr(1)), format); }),
+                  {"pixels are missing"}));
   }
 }
 
@@ -410,7 +411,8 @@ TEST(RosImageTest, of_16_bits_in_both_orders) {
                                     .number(static_cast<std::uint8_t>(isBig))
                                     .number(4u)
                                     .blob(level + level);
-    const detail::ImageFile image("x", message, detail::rosImageFormat(detail::MessageEncoding::cdr));
+    const detail::ImageFile image("x", message,
+                                  detail::rosImageFormat(detail::MessageEncoding::cdr));
     EXPECT_TRUE(image.isWhiteUnknown());
     EXPECT_EQ(image.levels16(), (std::vector<std::uint16_t>{1000, 1000}));
   }

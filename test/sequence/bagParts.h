@@ -119,8 +119,11 @@ inline std::string imageMessage(double time_s, const std::string& frame, std::ui
 inline std::string infoMessage(double time_s, const std::string& model = "plumb_bob",
                                std::vector<double> D = {0, 0, 0, 0, 0}) {
   Cdr cdr;
-  cdr.header(time_s, "camera").number(6u).number(8u).text(model).number(
-      static_cast<std::uint32_t>(D.size()));
+  cdr.header(time_s, "camera")
+      .number(6u)
+      .number(8u)
+      .text(model)
+      .number(static_cast<std::uint32_t>(D.size()));
   cdr.doubles(D).doubles({10, 0, 3.5, 0, 11, 2.5, 0, 0, 1});
   cdr.doubles({1, 0, 0, 0, 1, 0, 0, 0, 1}).doubles({9, 0, 3, 0, 0, 8, 2, 0, 0, 0, 1, 0});
   for (int i = 0; i < 6; ++i) cdr.number(0u);

@@ -15,9 +15,9 @@ namespace depthservo {
 /// What a recording has of one topic, or in one of its files.
 struct RecordedTopic {
   std::string name, type;
-  std::string use;             ///< image, camera_info, odometry, poses; empty: none
-  std::string content;         ///< encoding of images, names of joints; may be empty
-  std::size_t messages = 0;    ///< that can be read
+  std::string use;           ///< image, camera_info, odometry, poses; empty: none
+  std::string content;       ///< encoding of images, names of joints; may be empty
+  std::size_t messages = 0;  ///< that can be read
   std::size_t unreadable = 0;
   double rate_hz = 0;          ///< by the median interval; 0: not known
   TimeSpan span;               ///< by stamps, or of reception [s]

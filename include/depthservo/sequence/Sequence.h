@@ -107,7 +107,8 @@ struct SequenceOptions {
   /// 0: not given.
   double fps = 0;
   /// Of a bag: image=/camera/image_raw, camera_info=, odometry=, poses=; =none for none, @FRAME
-  /// behind it where messages tell no frame. One that is not named must be the only one of its kind.
+  /// behind it where messages tell no frame. One that is not named must be the only one of its
+  /// kind.
   std::vector<std::string> topics{};
   /// Pose of the camera (z forward) in the frame whose twists the rows of odometry are: they become
   /// those of the camera. None: rows are the camera's; of a bag: by its transforms.
@@ -124,8 +125,8 @@ Twist twistOfCamera(const Eigen::Isometry3d& bMc, const Twist& ofBody);
 
 /// Recorded data: a folder in the layout of TUM RGB-D with our additions; one of ICL-NUIM
 /// (associations.txt, *.gt.freiburg) or EuRoC (mav0/cam0, state_groundtruth_estimate0) as
-/// downloaded; a ROS bag; or a folder of numbered images ("image.0001.pgm"; then `options` must give the
-/// camera and the rate). doc/formats.md has the layouts.
+/// downloaded; a ROS bag; or a folder of numbered images ("image.0001.pgm"; then `options` must
+/// give the camera and the rate). doc/formats.md has the layouts.
 ///
 /// With a negative fy (ICL-NUIM) the camera frame has y up, and poses and twists are told in that
 /// left-handed frame: every relation between them, pixels and depths is the same as ever.

@@ -12,10 +12,10 @@ namespace depthservo::detail {
 
 /// A topic as a bag lists it.
 struct BagTopic {
-  std::string name;                               ///< "/camera/image_raw"
-  std::string type;                               ///< "sensor_msgs/Image", whatever ROS it is of
+  std::string name;                                 ///< "/camera/image_raw"
+  std::string type;                                 ///< "sensor_msgs/Image", whatever ROS it is of
   MessageEncoding encoding = MessageEncoding::cdr;  ///< of its messages
-  std::string fault;                              ///< why they cannot be decoded; empty: they can
+  std::string fault;                                ///< why they cannot be decoded; empty: they can
 };
 
 /// Where a message is.
@@ -72,6 +72,9 @@ bool isBagPath(const std::string& path);
 /// Opens a ROS 1 bag (2.0), an MCAP file, a SQLite file of ROS 2, or the folder of a ROS 2
 /// recording. Throws InputError.
 std::unique_ptr<Bag> openBag(const std::string& path);
+
+/// A name as it may be shown: at most 200 bytes, no control characters.
+std::string printable(std::string_view name);
 
 /// "sensor_msgs/Image" of "sensor_msgs/msg/Image".
 std::string plainType(const std::string& type);

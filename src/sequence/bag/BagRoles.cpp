@@ -26,7 +26,8 @@ struct BagRole {
   bool (*fits)(const SurveyedTopic&);
 };
 
-constexpr BagRole kImageRole{"image", "sensor_msgs Image or CompressedImage (no depths)", isImageTopic};
+constexpr BagRole kImageRole{"image", "sensor_msgs Image or CompressedImage (no depths)",
+                             isImageTopic};
 constexpr BagRole kInfoRole{"camera_info", "sensor_msgs CameraInfo", isInfoTopic};
 constexpr BagRole kOdometryRole{
     "odometry",
@@ -44,8 +45,8 @@ std::string listOf(const std::vector<const SurveyedTopic*>& topics) {
       names.push_back(fmt::format("{} more", topics.size() - 12));
       break;
     }
-    names.push_back(fmt::format("{} ({}, {})", t->topic.name.substr(0, 60), t->topic.type.substr(0, 60),
-                                t->messages.size()));
+    names.push_back(fmt::format("{} ({}, {})", t->topic.name.substr(0, 60),
+                                t->topic.type.substr(0, 60), t->messages.size()));
   }
   return fmt::format("{}", fmt::join(names, ", "));
 }
@@ -106,10 +107,10 @@ ChosenTopic choose(const BagRole& role, const BagSurvey& survey, const TopicWish
   if (wish) {
     chosen.topic = namedTopic(role, wish->topic, survey);
   } else if (candidates.size() > 1) {
-    refuseTopic(survey, role.name,
-                fmt::format("{} topics may be meant; say which, --topics {}={}: {}",
-                            candidates.size(), role.name, candidates.front()->topic.name,
-                            listOf(candidates)));
+    refuseTopic(
+        survey, role.name,
+        fmt::format("{} topics may be meant; say which, --topics {}={}: {}", candidates.size(),
+                    role.name, candidates.front()->topic.name, listOf(candidates)));
   } else if (candidates.size() == 1) {
     chosen.topic = candidates.front();
   }
@@ -119,10 +120,11 @@ ChosenTopic choose(const BagRole& role, const BagSurvey& survey, const TopicWish
   } else if (chosen.topic->frames.size() == 1) {
     chosen.frame = *chosen.topic->frames.begin();
   } else if (chosen.topic->frames.size() > 1) {
-    refuseTopic(survey, role.name,
-                fmt::format("the messages of {} name several frames: {}; say which is right: {}={}@FRAME",
-                            chosen.topic->topic.name, fmt::join(chosen.topic->frames, ", "),
-                            role.name, chosen.topic->topic.name));
+    refuseTopic(
+        survey, role.name,
+        fmt::format("the messages of {} name several frames: {}; say which is right: {}={}@FRAME",
+                    chosen.topic->topic.name, fmt::join(chosen.topic->frames, ", "), role.name,
+                    chosen.topic->topic.name));
   }
   return chosen;
 }
@@ -158,11 +160,10 @@ TopicWishes::TopicWishes(const std::vector<std::string>& words, const std::strin
     }
     const std::string topic = word.substr(equals + 1);
     const std::size_t at = topic.find('@');
-    const bool isNew =
-        wishes_
-            .emplace(role, Wish{topic.substr(0, at),
-                                at == std::string::npos ? "" : topic.substr(at + 1)})
-            .second;
+    const bool isNew = wishes_
+                           .emplace(role, Wish{topic.substr(0, at),
+                                               at == std::string::npos ? "" : topic.substr(at + 1)})
+                           .second;
     if (!isNew) throw InputError({file, 0, "--topics"}, role + " is there twice");
   }
 }
@@ -197,8 +198,8 @@ Eigen::Isometry3d cameraIn(const ChosenTopic& body, const char* role, const BagR
                             name, why));
   };
   if (body.frame.empty()) {
-    refuseFrame(fmt::format("its messages do not say of which; name it: {}={}@base_link, or", role,
-                            name));
+    refuseFrame(
+        fmt::format("its messages do not say of which; name it: {}={}@base_link, or", role, name));
   }
   if (roles.image.frame.empty()) {
     refuseFrame(fmt::format("the images of {} name no frame; name it: image={}@FRAME, or",

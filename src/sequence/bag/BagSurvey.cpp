@@ -12,7 +12,7 @@
 namespace depthservo::detail {
 namespace {
 
-constexpr std::size_t kHeadOfImage = 512;                       // bytes
+constexpr std::size_t kHeadOfImage = 512;                     // bytes
 constexpr std::size_t kWholeMessage = std::size_t{16} << 20;  // bytes
 constexpr std::size_t kMostFrameNames = 8;
 
@@ -32,7 +32,7 @@ class SurveyVisitor : public BagVisitor {
     const std::string& type = topic.type;
     if (type == "sensor_msgs/Image" || type == "sensor_msgs/CompressedImage") return kHeadOfImage;
     if (isTwistType(type) || isTransformType(type) || isInfoType(type)) return kWholeMessage;
-    if (isPoseType(type) && (timesOnly > 0 || topic.name == poses_)) return kWholeMessage;
+    if (isPoseType(type) && (timesOnly > 0 || isPoses(topic))) return kWholeMessage;
     return isSensorType(type) && timesOnly > 0 ? kWholeMessage : timesOnly;
   }
 
@@ -48,7 +48,7 @@ class SurveyVisitor : public BagVisitor {
         throw BagFault("it was received at no time that can be");
       }
       SurveyedTopic::Message seen{message.received_ns, 0, message.place};
-      if (to.topic.fault.empty()) seen.stamp_ns = take(to, message.bytes);
+      if (to.topic.fault.empty()) seen.stamp_ns = take(to, message);
       to.messages.push_back(seen);
     } catch (const BagFault& fault) {
       if (to.undecoded++ == 0) to.why = fault.what();
@@ -56,34 +56,45 @@ class SurveyVisitor : public BagVisitor {
   }
 
  private:
+  bool isPoses(const BagTopic& topic) const {
+    return !poses_.empty() && (topic.name == poses_ || topic.name == "/" + poses_);
+  }
+
   /// Keeps what is needed of a message. \return its stamp; 0: it has none
-  std::int64_t take(SurveyedTopic& to, std::string_view bytes) {
-    const MessageReader reader(bytes, to.topic.encoding);
+  std::int64_t take(SurveyedTopic& to, const BagMessage& message) {
+    const MessageReader reader(message.bytes, to.topic.encoding);
     const std::string& type = to.topic.type;
     if (isTransformType(type)) {
-      for (const TransformMessage& transform : readTransforms(reader)) survey_.frames.add(transform);
+      for (const TransformMessage& transform : readTransforms(reader))
+        survey_.frames.add(transform);
       return 0;
     }
-    const MessageHeader header = headerOf(to, reader);
+    const MessageHeader header = headerOf(to, reader, message.place.size);
     if (to.frames.size() < kMostFrameNames) to.frames.insert(header.frame);
     return header.stamp_ns;
   }
 
-  MessageHeader headerOf(SurveyedTopic& to, const MessageReader& reader) {
+  static void requirePixels(std::size_t start, std::uint64_t count, std::uint64_t size) {
+    if (start > size || count > size - start) throw BagFault("its pixels are not all there");
+  }
+
+  MessageHeader headerOf(SurveyedTopic& to, const MessageReader& reader, std::uint64_t size) {
     const std::string& type = to.topic.type;
     if (type == "sensor_msgs/Image") {
       const ImageMessage image = readImage(reader);
-      if (to.content.empty()) to.content = image.encoding;
+      requirePixels(image.pixels, image.size, size);
+      if (to.content.empty()) to.content = printable(image.encoding);
       return image.header;
     }
     if (type == "sensor_msgs/CompressedImage") {
       const CompressedImageMessage image = readCompressedImage(reader);
-      if (to.content.empty()) to.content = image.format;
+      requirePixels(image.data, image.size, size);
+      if (to.content.empty()) to.content = printable(image.format);
       return image.header;
     }
     if (isInfoType(type)) return takeInfo(to, readCameraInfo(reader));
     std::optional<PoseMessage> pose;
-    if (isPoseType(type) && (to.topic.name == poses_ || !isTwistType(type))) {
+    if (isPoseType(type) && (isPoses(to.topic) || !isTwistType(type))) {
       pose = readPose(reader, type);
     }
     MessageHeader header;
@@ -94,11 +105,11 @@ class SurveyVisitor : public BagVisitor {
       header.frame = message.frame;
       to.twists.push_back(message.twist);
     }
-    if (pose && to.topic.name == poses_) to.poses.push_back(pose->pose);
+    if (pose && isPoses(to.topic)) to.poses.push_back(pose->pose);
     if (type == "sensor_msgs/Imu") header = readImu(reader);
     if (type == "sensor_msgs/JointState") {
       const auto names = readJointNames(reader, header);
-      if (to.content.empty()) to.content = fmt::format("{}", fmt::join(names, ", "));
+      if (to.content.empty()) to.content = printable(fmt::format("{}", fmt::join(names, ", ")));
     }
     return header;
   }
@@ -151,17 +162,17 @@ std::vector<std::size_t> SurveyedTopic::inOrder(std::size_t& leftOut) const {
   std::int64_t latest = order.empty() ? 0 : time(order.front());
   for (const std::size_t i : order) {
     if (time(i) < latest - kJump) {
-      throw BagFault(fmt::format("its stamps jump back by {:.3g} s at {:.3f} s: was the clock set, "
-                                 "or a simulation started again? Cut the bag there",
-                                 1e-9 * static_cast<double>(latest - time(i)), secondsOf(latest)));
+      throw BagFault(
+          fmt::format("its stamps jump back by {:.3g} s at {:.3f} s: was the clock set, "
+                      "or a simulation started again? Cut the bag there",
+                      1e-9 * static_cast<double>(latest - time(i)), secondsOf(latest)));
     }
     latest = std::max(latest, time(i));
   }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return time(a) < time(b); });
-  const auto last = std::unique(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return time(a) == time(b);
-  });
+  const auto last = std::unique(order.begin(), order.end(),
+                                [&](std::size_t a, std::size_t b) { return time(a) == time(b); });
   leftOut = static_cast<std::size_t>(order.end() - last);
   order.erase(last, order.end());
   return order;

@@ -23,11 +23,11 @@ struct SurveyedTopic {
   };
 
   BagTopic topic;
-  std::vector<Message> messages;       ///< those that could be decoded, in the order of the file
-  std::vector<Twist> twists{};         ///< one by one with the messages; of velocities
+  std::vector<Message> messages;  ///< those that could be decoded, in the order of the file
+  std::vector<Twist> twists{};    ///< one by one with the messages; of velocities
   std::vector<Eigen::Isometry3d> poses{};  ///< likewise; of the topic that is asked for
-  std::set<std::string> frames{};      ///< of headers; of velocities: whose they are
-  std::string content{};               ///< encoding of images, names of joints
+  std::set<std::string> frames{};          ///< of headers; of velocities: whose they are
+  std::string content{};                   ///< encoding of images, names of joints
   std::optional<CameraInfoMessage> info{};
   bool infoChanges = false;
   std::size_t undecoded = 0;

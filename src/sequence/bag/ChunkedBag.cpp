@@ -28,6 +28,8 @@ void ChunkedBag::leaveOut(std::size_t part, const std::string& reason) {
 
 void ChunkedBag::connect(std::uint32_t connection, BagTopic topic) {
   if (topicOf_.count(connection) > 0) return;
+  topic.name = printable(topic.name);
+  topic.type = printable(topic.type);
   const auto same = std::find_if(topics_.begin(), topics_.end(), [&](const BagTopic& other) {
     return other.name == topic.name && other.type == topic.type &&
            other.encoding == topic.encoding && other.fault == topic.fault;

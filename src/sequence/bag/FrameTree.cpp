@@ -24,7 +24,8 @@ void FrameTree::add(const TransformMessage& transform) {
     frame.hasOneParent = false;
   } else if (frame.isStill) {
     constexpr double kRounding = 1e-9;  // m, and of a rotation
-    frame.isStill = (frame.pose.matrix() - transform.pose.matrix()).cwiseAbs().maxCoeff() <= kRounding;
+    frame.isStill =
+        (frame.pose.matrix() - transform.pose.matrix()).cwiseAbs().maxCoeff() <= kRounding;
   }
 }
 
@@ -41,15 +42,16 @@ std::vector<std::string> FrameTree::waysUp(const std::string& frame) const {
 Eigen::Isometry3d FrameTree::poseOf(const std::string& frame, const std::string& reference) const {
   if (frame == reference) return Eigen::Isometry3d::Identity();
   const std::vector<std::string> up = waysUp(frame), referenceUp = waysUp(reference);
-  const auto common = std::find_first_of(up.begin(), up.end(), referenceUp.begin(), referenceUp.end());
+  const auto common =
+      std::find_first_of(up.begin(), up.end(), referenceUp.begin(), referenceUp.end());
   if (common == up.end()) {
     std::vector<std::string> known;
     for (const auto& [name, at] : frames_) {
       if (known.size() < 12) known.push_back(fmt::format("{} in {}", name, at.parent));
     }
-    throw BagFault(fmt::format("no transforms lead from {} to {} ({})", reference, frame,
-                               known.empty() ? "the bag has none"
-                                             : fmt::format("there are: {}", fmt::join(known, ", "))));
+    throw BagFault(fmt::format(
+        "no transforms lead from {} to {} ({})", reference, frame,
+        known.empty() ? "the bag has none" : fmt::format("there are: {}", fmt::join(known, ", "))));
   }
   const auto poseIn = [&](const std::vector<std::string>& way) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();

@@ -15,7 +15,7 @@ class FrameTree {
   struct Frame {
     std::string parent;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the parent
-    bool isStill = true;         ///< always told alike
+    bool isStill = true;                                     ///< always told alike
     bool hasOneParent = true;
   };
 

@@ -16,7 +16,8 @@ MessageReader::MessageReader(std::string_view bytes, MessageEncoding encoding)
   origin_ = 4;
   const unsigned kind = static_cast<unsigned char>(head[1]);
   constexpr unsigned kCdr = 0, kCdrLittle = 1, kCdr2 = 6, kCdr2Little = 7;
-  if (head[0] != 0 || (kind != kCdr && kind != kCdrLittle && kind != kCdr2 && kind != kCdr2Little)) {
+  if (head[0] != 0 ||
+      (kind != kCdr && kind != kCdrLittle && kind != kCdr2 && kind != kCdr2Little)) {
     throw BagFault(fmt::format("it is not plain CDR (representation {:02x}{:02x})",
                                static_cast<unsigned char>(head[0]), kind));
   }

@@ -6,8 +6,8 @@
 
 #include "depthservo/text/InputError.h"
 #include "sequence/bag/ChunkedBag.h"
-#include "text/TextFile.h"
 #include "sequence/bag/unpack.h"
+#include "text/TextFile.h"
 
 namespace depthservo::detail {
 namespace {
@@ -29,7 +29,9 @@ class Db3Bag : public Bag {
   void requireTables() const;
   void readTopics();
   std::string bytesOf(std::int64_t row, std::size_t most, std::uint64_t& size) const;
-  [[noreturn]] void refuse(const std::string& reason) const { throw InputError({path_, 0, ""}, reason); }
+  [[noreturn]] void refuse(const std::string& reason) const {
+    throw InputError({path_, 0, ""}, reason);
+  }
 
   std::string path_, cut_;
   Database database_{nullptr, sqlite3_close};
@@ -65,7 +67,9 @@ void Db3Bag::checkSize() {
   constexpr std::uint64_t kHeader = 100;
   if (file.size() < kHeader) refuse("is not a SQLite file or is cut off");
   const std::string header(file.at(0, kHeader));
-  const auto byte = [&](std::size_t i) { return std::uint64_t{static_cast<unsigned char>(header[i])}; };
+  const auto byte = [&](std::size_t i) {
+    return std::uint64_t{static_cast<unsigned char>(header[i])};
+  };
   const std::uint64_t told = byte(16) << 8 | byte(17), page = told == 1 ? 65536 : told;
   const std::uint64_t pages = byte(28) << 24 | byte(29) << 16 | byte(30) << 8 | byte(31);
   if (header.compare(24, 4, header, 92, 4) == 0 && file.size() < pages * page) {
@@ -79,7 +83,8 @@ void Db3Bag::requireTables() const {
   const Statement tables = prepare(
       "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages')");
   if (sqlite3_step(tables.get()) != SQLITE_ROW || sqlite3_column_int(tables.get(), 0) != 2) {
-    refuse("is not a recording of ROS 2: expected a SQLite file with the tables topics and messages");
+    refuse(
+        "is not a recording of ROS 2: expected a SQLite file with the tables topics and messages");
   }
 }
 
@@ -92,8 +97,8 @@ void Db3Bag::readTopics() {
   int result = 0;
   while ((result = sqlite3_step(rows.get())) == SQLITE_ROW) {
     BagTopic topic;
-    topic.name = text(1);
-    topic.type = plainType(text(2));
+    topic.name = printable(text(1));
+    topic.type = printable(plainType(text(2)));
     const std::string encoding = text(3);
     if (encoding != "cdr") {
       topic.fault = fmt::format("is encoded as {}, expected cdr", quoted(encoding));
@@ -161,9 +166,10 @@ void Db3Bag::visit(BagVisitor& visitor) {
   warnings_.clear();
   if (!cut_.empty()) warnings_.push_back(cut_);
   if (result != SQLITE_DONE) {
-    warnings_.push_back(fmt::format("the file is cut off or damaged ({}); what is whole before it is "
-                                    "read",
-                                    sqlite3_errmsg(database_.get())));
+    warnings_.push_back(
+        fmt::format("the file is cut off or damaged ({}); what is whole before it is "
+                    "read",
+                    sqlite3_errmsg(database_.get())));
   }
   if (unread > 0) {
     warnings_.push_back(

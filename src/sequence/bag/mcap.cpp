@@ -63,9 +63,10 @@ McapBag::McapBag(const std::string& path) : ChunkedBag(path) {
   try {
     scan(offset);
     if (!isWhole_) {
-      cut_ = fmt::format("the file ends at byte {} without its end (cut off?); what is whole before "
-                         "it is read",
-                         file_.size());
+      cut_ = fmt::format(
+          "the file ends at byte {} without its end (cut off?); what is whole before "
+          "it is read",
+          file_.size());
     }
   } catch (const BagFault& fault) {
     cut_ = fmt::format("the file is cut off or damaged: {}; what is whole before it is read",

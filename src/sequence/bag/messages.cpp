@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "sequence/bag/Bag.h"
+
 namespace depthservo::detail {
 namespace {
 
@@ -11,7 +13,7 @@ constexpr std::size_t kCovariance = 36;
 
 std::string frameName(std::string_view name) {
   if (!name.empty() && name.front() == '/') name.remove_prefix(1);  // as tf names them
-  return std::string(name);
+  return printable(name);
 }
 
 Twist readTwistFields(MessageReader& reader) {

@@ -98,7 +98,8 @@ class JoinedBag : public Bag {
 
  private:
   struct PartVisitor : BagVisitor {
-    PartVisitor(JoinedBag& bag, std::uint32_t i, BagVisitor& all) : whole(bag), file(i), visitor(all) {}
+    PartVisitor(JoinedBag& bag, std::uint32_t i, BagVisitor& all)
+        : whole(bag), file(i), visitor(all) {}
     std::size_t wanted(const BagTopic& topic) const override { return visitor.wanted(topic); }
     void visit(const BagMessage& message) override {
       BagMessage renamed = message;
@@ -147,6 +148,15 @@ bool isBagPath(const std::string& path) {
 std::unique_ptr<Bag> openBag(const std::string& path) {
   if (const BagKind* kind = kindOf(path)) return kind->open(path);
   return std::make_unique<JoinedBag>(filesOf(path));
+}
+
+std::string printable(std::string_view name) {
+  constexpr std::size_t kMost = 200;
+  std::string shown(name.substr(0, kMost));
+  for (char& c : shown) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  }
+  return shown;
 }
 
 std::string plainType(const std::string& type) {

@@ -13,7 +13,13 @@ constexpr std::string_view kRosBagMagic = "#ROSBAG V2.0\n";
 constexpr std::uint64_t kLongestFields = std::uint64_t{1} << 20;  // bytes
 
 // http://wiki.ros.org/Bags/Format/2.0
-enum class RosOp : unsigned char { message = 2, file = 3, chunk = 5, chunkInfo = 6, connection = 7 };
+enum class RosOp : unsigned char {
+  message = 2,
+  file = 3,
+  chunk = 5,
+  chunkInfo = 6,
+  connection = 7
+};
 
 /// "name=value" by name.
 std::map<std::string, std::string> fieldsIn(std::string_view bytes) {
@@ -113,8 +119,8 @@ RosBag::Head RosBag::headAt(ByteSource& bytes, std::uint64_t offset) {
   head.size = lengthAt(offset + 4 + length);
   head.data = offset + 8 + length;
   if (head.size > bytes.size() - head.data) {
-    throw BagFault(fmt::format("a record at byte {} of {} bytes is not all there", offset,
-                               head.size));
+    throw BagFault(
+        fmt::format("a record at byte {} of {} bytes is not all there", offset, head.size));
   }
   return head;
 }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cctype>
 #include <filesystem>
 #include <mutex>
 
@@ -44,16 +45,15 @@ class BagImages : public ImageStore {
 };
 
 /// Whether the images of a topic are rectified, as ROS names them.
-bool isRectified(const std::string& topic) {
-  return topic.find("image_rect") != std::string::npos;
-}
+bool isRectified(const std::string& topic) { return topic.find("image_rect") != std::string::npos; }
 
 /// The message as a camera_info file says it. Rectified images are those of a camera P without a
 /// lens.
 std::string yamlOf(const CameraInfoMessage& info, bool rectified) {
   std::vector<double> K(info.K, info.K + 9);
   if (rectified) {
-    K = {info.P[0], info.P[1], info.P[2], info.P[4], info.P[5], info.P[6], info.P[8], info.P[9], info.P[10]};
+    K = {info.P[0], info.P[1], info.P[2], info.P[4], info.P[5],
+         info.P[6], info.P[8], info.P[9], info.P[10]};
   }
   std::string text = fmt::format(
       "image_width: {}\nimage_height: {}\ncamera_matrix: {{rows: 3, cols: 3, data: [{}]}}\n",
@@ -71,12 +71,26 @@ std::string yamlOf(const CameraInfoMessage& info, bool rectified) {
   return text;
 }
 
-PinholeCamera cameraOf(const SurveyedTopic& topic, bool rectified, const std::string& bag) {
-  if (!topic.info) throw InputError({bag, 0, topic.topic.name}, "has no message that can be used");
+/// The camera that the bag tells.
+PinholeCamera cameraIn(const BagRoles& roles, const std::string& bag,
+                       std::vector<std::string>& warnings) {
+  const SurveyedTopic* topic = roles.cameraInfo.topic;
+  if (!topic || !topic->info) {
+    throw InputError({bag, 0, "--topics camera_info"},
+                     "the bag has no sensor_msgs CameraInfo; give --camera FILE");
+  }
+  const bool rectified = isRectified(roles.image.topic->topic.name);
+  if (rectified) {
+    warnings.push_back(bag +
+                       ": the images are rectified by their name: P of camera_info, no distortion");
+  }
+  if (topic->infoChanges) {
+    warnings.push_back(bag + ": camera_info changes; its first message is used");
+  }
   try {
-    return parseCamera(yamlOf(*topic.info, rectified), bag).camera;
+    return parseCamera(yamlOf(*topic->info, rectified), bag).camera;
   } catch (const InputError& error) {
-    throw InputError({bag, 0, topic.topic.name + " " + error.key()}, error.message());
+    throw InputError({bag, 0, topic->topic.name + " " + error.key()}, error.message());
   }
 }
 
@@ -86,8 +100,9 @@ std::vector<std::size_t> orderOf(const SurveyedTopic& topic, const std::string& 
     std::size_t leftOut = 0;
     const std::vector<std::size_t> order = topic.inOrder(leftOut);
     if (leftOut > 0) {
-      warnings.push_back(fmt::format("{}: {}: {} messages with a time that another has are left out",
-                                     bag, topic.topic.name, leftOut));
+      warnings.push_back(
+          fmt::format("{}: {}: {} messages with a time that another has are left out", bag,
+                      topic.topic.name, leftOut));
     }
     return order;
   } catch (const BagFault& fault) {
@@ -100,10 +115,10 @@ std::string clockSentence(const std::vector<const SurveyedTopic*>& used) {
   std::vector<std::string> parts;
   for (const SurveyedTopic* topic : used) {
     const auto age = stampAgeOf(*topic);
-    parts.push_back(age ? fmt::format("{} {:.3g} s ({:.3g} to {:.3g})", topic->topic.name,
-                                      age->median_s, age->least_s, age->most_s)
-                        : fmt::format("{} has no stamps, its times of reception are used",
-                                      topic->topic.name));
+    parts.push_back(
+        age ? fmt::format("{} {:.3g} s ({:.3g} to {:.3g})", topic->topic.name, age->median_s,
+                          age->least_s, age->most_s)
+            : fmt::format("{} has no stamps, its times of reception are used", topic->topic.name));
   }
   return fmt::format("received later than stamped, median (least to most): {}",
                      fmt::join(parts, "; "));
@@ -120,7 +135,9 @@ Twist twistOfCamera(const Eigen::Isometry3d& bMc, const Twist& ofBody) {
 }
 
 void Sequence::readBag(const SequenceOptions& options) {
-  if (options.fps > 0) throw InputError({folder_, 0, "--fps"}, "is for numbered images; a bag has times");
+  if (options.fps > 0) {
+    throw InputError({folder_, 0, "--fps"}, "is for numbered images; a bag has times");
+  }
   const TopicWishes wishes(options.topics, folder_);
   const BagSurvey survey(folder_, SurveyKind::playable, wishes.topicOf("poses"));
   warnings_ = survey.warnings;
@@ -131,52 +148,37 @@ void Sequence::readBag(const SequenceOptions& options) {
                      "message; depthservo info tells what it has");
   }
   name_ = std::filesystem::path(folder_).stem().string();
-  const auto tell = [&](const std::string& sentence) { warnings_.push_back(folder_ + ": " + sentence); };
-  std::vector<const SurveyedTopic*> used{roles.image.topic};
-
   std::vector<MessagePlace> places;
   const SurveyedTopic& images = *roles.image.topic;
   for (const std::size_t i : orderOf(images, folder_, warnings_)) {
     const double time_s = images.time(i);
-    frames_.push_back({time_s, fmt::format("{} {} {:.6f}", folder_, images.topic.name, time_s), {}, {}});
+    frames_.push_back(
+        {time_s, fmt::format("{} {} {:.6f}", folder_, images.topic.name, time_s), {}, {}});
     places.push_back(images.messages[i].place);
   }
   hasImages_ = true;
   store_ = std::make_shared<BagImages>(survey.bag, images.topic, std::move(places));
+  cameraSource_ = options.camera.empty() ? folder_ : options.camera;
+  camera_ =
+      options.camera.empty() ? cameraIn(roles, folder_, warnings_) : loadCamera(options.camera);
 
-  const bool rectified = isRectified(images.topic.name);
-  if (!options.camera.empty()) {
-    cameraSource_ = options.camera;
-    camera_ = loadCamera(options.camera);
-  } else if (roles.cameraInfo.topic) {
-    cameraSource_ = folder_;
-    camera_ = cameraOf(*roles.cameraInfo.topic, rectified, folder_);
-    if (rectified) tell("the images are rectified by their name: P of camera_info, no distortion");
-    if (roles.cameraInfo.topic->infoChanges) tell("camera_info changes; its first message is used");
-  } else {
-    throw InputError({folder_, 0, "--topics camera_info"},
-                     "the bag has no sensor_msgs CameraInfo; give --camera FILE");
-  }
-
-  if (roles.odometry.topic) {
-    const SurveyedTopic& rows = *roles.odometry.topic;
-    const Eigen::Isometry3d bMc =
-        cameraIn(roles.odometry, "odometry", roles, survey, options.cameraInBase);
-    for (const std::size_t i : orderOf(rows, folder_, warnings_)) {
-      odometry_.push_back({rows.time(i), twistOfCamera(bMc, rows.twists[i])});
+  std::vector<const SurveyedTopic*> used{&images};
+  if (const SurveyedTopic* rows = roles.odometry.topic) {
+    const auto bMc = cameraIn(roles.odometry, "odometry", roles, survey, options.cameraInBase);
+    for (const std::size_t i : orderOf(*rows, folder_, warnings_)) {
+      odometry_.push_back({rows->time(i), twistOfCamera(bMc, rows->twists[i])});
     }
     rowMeaning_ = RowMeaning::meanBefore;
-    used.push_back(&rows);
+    used.push_back(rows);
   }
-  if (roles.poses.topic) {
-    const SurveyedTopic& poses = *roles.poses.topic;
-    const Eigen::Isometry3d bMc = cameraIn(roles.poses, "poses", roles, survey, options.cameraInBase);
-    for (const std::size_t i : orderOf(poses, folder_, warnings_)) {
-      poses_.push_back({poses.time(i), poses.poses[i] * bMc});
+  if (const SurveyedTopic* poses = roles.poses.topic) {
+    const auto bMc = cameraIn(roles.poses, "poses", roles, survey, options.cameraInBase);
+    for (const std::size_t i : orderOf(*poses, folder_, warnings_)) {
+      poses_.push_back({poses->time(i), poses->poses[i] * bMc});
     }
-    if (&poses != used.back()) used.push_back(&poses);
+    if (poses != used.back()) used.push_back(poses);
   }
-  tell(clockSentence(used));
+  warnings_.push_back(folder_ + ": " + clockSentence(used));
   if (!options.target.empty()) useTarget(readTarget(options.target));
   checkImages();
 }

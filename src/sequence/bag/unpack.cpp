@@ -34,8 +34,8 @@ std::uint64_t unpackLz4(std::string_view packed, HeldBytes& out) {
 }
 
 std::uint64_t unpackZstd(std::string_view packed, HeldBytes& out) {
-  const std::size_t size =
-      ZSTD_decompress(out.data(), static_cast<std::size_t>(out.size()), packed.data(), packed.size());
+  const std::size_t size = ZSTD_decompress(out.data(), static_cast<std::size_t>(out.size()),
+                                           packed.data(), packed.size());
   if (ZSTD_isError(size)) failUnpacking(std::string("zstd: ") + ZSTD_getErrorName(size));
   return size;
 }
@@ -54,8 +54,8 @@ std::uint64_t unpackBz2(std::string_view packed, HeldBytes& out) {
 std::unique_ptr<HeldBytes> unpack(std::string_view packed, const std::string& packing,
                                   std::uint64_t size) {
   if (size > kMostBytesHeld) {
-    failUnpacking(fmt::format("its header tells {} bytes; up to {} are unpacked", size,
-                              kMostBytesHeld));
+    failUnpacking(
+        fmt::format("its header tells {} bytes; up to {} are unpacked", size, kMostBytesHeld));
   }
   auto out = std::make_unique<HeldBytes>(size);
   std::uint64_t got = 0;
@@ -66,8 +66,7 @@ std::unique_ptr<HeldBytes> unpack(std::string_view packed, const std::string& pa
   } else if (packing == "bz2") {
     got = unpackBz2(packed, *out);
   } else {
-    failUnpacking(fmt::format("packed by '{}', expected lz4, zstd or bz2",
-                              packing.substr(0, 20)));
+    failUnpacking(fmt::format("packed by '{}', expected lz4, zstd or bz2", packing.substr(0, 20)));
   }
   if (got != size) failUnpacking(fmt::format("{} bytes come out, {} are told", got, size));
   return out;
