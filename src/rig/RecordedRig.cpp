@@ -36,8 +36,13 @@ MotionSource chooseMotion(const Sequence& sequence, MotionSource wanted) {
     }
   }
   if (wanted == MotionSource::twist && !hasTwist)
-    refuse(sequence, "--motion twist needs twist.csv");
+    refuse(sequence, isBag(sequence.folder())
+                         ? "--motion twist needs a topic of velocities: --topics odometry=TOPIC"
+                         : "--motion twist needs twist.csv");
   if (wanted == MotionSource::groundtruth && !hasPoses) {
+    if (isBag(sequence.folder())) {
+      refuse(sequence, "--motion groundtruth needs a topic of poses: --topics poses=TOPIC");
+    }
     refuse(sequence,
            "--motion groundtruth needs ground truth with at least two poses (groundtruth.txt, "
            "*.gt.freiburg or mav0/state_groundtruth_estimate0/data.csv)");

@@ -25,7 +25,7 @@ const BagKind kBagKinds[] = {{".mcap", "\x89MCAP"sv, openMcap},
                              {".db3", "SQLite format 3\0"sv, openDb3}};
 
 /// By its first bytes, or by its name where they tell nothing; null: it is no bag.
-const BagKind* kindOf(const std::string& path) {
+const BagKind* bagKindOf(const std::string& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return nullptr;
   std::string start(16, '\0');
@@ -69,7 +69,7 @@ class JoinedBag : public Bag {
  public:
   explicit JoinedBag(const std::vector<std::string>& files) {
     for (const std::string& file : files) {
-      const BagKind* kind = kindOf(file);
+      const BagKind* kind = bagKindOf(file);
       if (!kind) {
         throw InputError({file, 0, ""}, "is missing or no bag, and metadata.yaml lists it");
       }
@@ -134,7 +134,7 @@ class JoinedBag : public Bag {
 
 bool isBagPath(const std::string& path) {
   std::error_code error;
-  if (!fs::is_directory(path, error)) return kindOf(path) != nullptr;
+  if (!fs::is_directory(path, error)) return bagKindOf(path) != nullptr;
   const fs::path metadata = fs::path(path) / "metadata.yaml";
   if (!fs::is_regular_file(metadata, error) || fs::exists(fs::path(path) / "rgb.txt", error)) {
     return false;
@@ -146,7 +146,7 @@ bool isBagPath(const std::string& path) {
 }
 
 std::unique_ptr<Bag> openBag(const std::string& path) {
-  if (const BagKind* kind = kindOf(path)) return kind->open(path);
+  if (const BagKind* kind = bagKindOf(path)) return kind->open(path);
   return std::make_unique<JoinedBag>(filesOf(path));
 }
 
