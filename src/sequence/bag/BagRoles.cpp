@@ -75,7 +75,7 @@ const SurveyedTopic* namedTopic(const BagRole& role, const std::string& name,
     for (const SurveyedTopic& t : survey.topics) all.push_back(&t);
     refuseTopic(survey, role.name,
                 all.empty() ? "the bag has no topics"
-                            : fmt::format("there is no topic {}; the bag has {}", quoted(name),
+                            : fmt::format("there is no topic {}; the bag has {}", detail::quoted(name),
                                           listOf(all)));
   }
   if (!found->topic.fault.empty()) {
@@ -153,7 +153,7 @@ TopicWishes::TopicWishes(const std::vector<std::string>& words, const std::strin
     if (equals == std::string::npos || equals + 1 == word.size()) {
       throw InputError({file, 0, "--topics"},
                        fmt::format("expected ROLE=TOPIC, such as image=/camera/image_raw, got {}",
-                                   quoted(word)));
+                                   detail::quoted(word)));
     }
     if (std::find(roles.begin(), roles.end(), role) == roles.end()) {
       throw InputError({file, 0, "--topics"}, unknownWord(role, roles));

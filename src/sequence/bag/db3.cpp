@@ -101,7 +101,7 @@ void Db3Bag::readTopics() {
     topic.type = printable(plainType(text(2)));
     const std::string encoding = text(3);
     if (encoding != "cdr") {
-      topic.fault = fmt::format("is encoded as {}, expected cdr", quoted(encoding));
+      topic.fault = fmt::format("is encoded as {}, expected cdr", detail::quoted(encoding));
     }
     topicOf_[sqlite3_column_int64(rows.get(), 0)] = topics_.size();
     topics_.push_back(std::move(topic));

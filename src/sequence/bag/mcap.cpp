@@ -188,7 +188,7 @@ void McapBag::takeChannel(std::string_view content) {
   if (encoding == "ros1") {
     topic.encoding = MessageEncoding::ros1;
   } else if (encoding != "cdr") {
-    topic.fault = fmt::format("is encoded as {}, expected cdr or ros1", quoted(encoding));
+    topic.fault = fmt::format("is encoded as {}, expected cdr or ros1", detail::quoted(encoding));
   }
   connect(id, std::move(topic));
 }

@@ -163,7 +163,7 @@ void RosBag::takeConnection(const Head& head, std::string_view data) {
   const char* md5 = md5Of(topic.type);
   if (md5 && valueOf("md5sum") != md5) {
     topic.fault = fmt::format("has another definition of {} than ROS (md5 {})", topic.type,
-                              quoted(valueOf("md5sum")));
+                              detail::quoted(valueOf("md5sum")));
   }
   connect(numberIn<std::uint32_t>(head.fields, "conn"), std::move(topic));
 }
