@@ -51,6 +51,9 @@ function(depthservo_pkgconfig package description)
   install(FILES ${PROJECT_BINARY_DIR}/${package}.pc DESTINATION ${pkgconfig_dir})
 endfunction()
 
+if(NOT BUILD_SHARED_LIBS)
+  set(bzip2 -lbz2)  # has no pkg-config file
+endif()
 depthservo_pkgconfig(depthservo-core "Depth observers (Eigen only)"
                      LIBS -ldepthservo_core REQUIRES eigen3)
 depthservo_pkgconfig(depthservo-features "ViSP features with observed depth"
@@ -60,10 +63,10 @@ depthservo_pkgconfig(depthservo-robots "Robots that carry a camera"
 depthservo_pkgconfig(depthservo-visp "depthservo-features and depthservo-robots"
                      REQUIRES depthservo-features depthservo-robots)
 depthservo_pkgconfig(depthservo-vision "Trackers, synthetic camera and recorded sequences"
-                     LIBS -ldepthservo_vision REQUIRES depthservo-core visp
-                     STATIC yaml-cpp fmt apriltag libpng libjpeg)
+                     LIBS -ldepthservo_vision ${bzip2} REQUIRES depthservo-core visp
+                     STATIC yaml-cpp fmt apriltag libpng libjpeg zlib liblz4 libzstd sqlite3)
 depthservo_pkgconfig(depthservo-servo "Observers of simulated, recorded and live rigs; closed servo loops"
                      LIBS -ldepthservo_servo REQUIRES depthservo-visp depthservo-vision
-                     STATIC yaml-cpp fmt apriltag libpng libjpeg)
+                     STATIC yaml-cpp fmt apriltag libpng libjpeg zlib liblz4 libzstd sqlite3)
 depthservo_pkgconfig(depthservo "What an existing ViSP program needs: depthservo-visp"
                      REQUIRES depthservo-visp)

@@ -99,7 +99,7 @@ void addCalibrate(CLI::App& app, int& exitCode) {
   CLI::App* command = app.add_subcommand(
       "calibrate", "Learn the errors of a robot from a recording: a minute of driving");
   auto a = std::make_shared<CalibrateArguments>();
-  command->add_option("SEQUENCE", a->sequence, "Folder: see doc/formats.md")->required();
+  command->add_option("SEQUENCE", a->sequence, "Folder or bag: see doc/formats.md")->required();
   addSequenceOptions(*command, a->data);
   command
       ->add_option("--distance", a->distance,

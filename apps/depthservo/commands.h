@@ -22,10 +22,11 @@ void addServo(CLI::App& app, int& exitCode);
 void addRobot(CLI::App& app, int& exitCode);
 void addCalibrate(CLI::App& app, int& exitCode);
 void addKeys(CLI::App& app, int& exitCode);
+void addInfo(CLI::App& app, int& exitCode);
 
 /// In the order of --help.
 constexpr void (*kSubcommands[])(CLI::App&, int&) = {
     addRun,   addReplay, addRecord, addReport, addCompare, addReproduce, addGains, addLive,
-    addTeach, addServo,  addRobot,  addTarget, addNoise,   addCalibrate, addKeys};
+    addTeach, addServo,  addRobot,  addTarget, addNoise,   addCalibrate, addInfo,  addKeys};
 
 }  // namespace depthservo

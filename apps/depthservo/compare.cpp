@@ -141,7 +141,8 @@ int compareAll(CompareArguments arguments) {
   }
   arguments.data = scenarioFile(arguments.data);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
-  const Comparison comparison = std::filesystem::is_directory(arguments.data)
+  const bool isRecording = std::filesystem::is_directory(arguments.data) || isBag(arguments.data);
+  const Comparison comparison = isRecording
                                     ? compareSequence(arguments)
                                     : compareScenario(arguments);
   if (!arguments.out.empty()) {
@@ -171,7 +172,7 @@ void addCompare(CLI::App& app, int& exitCode) {
   auto a = std::make_shared<CompareArguments>();
   command
       ->add_option("DATA", a->data,
-                   "Scenario (YAML file or shipped name) or sequence (folder), see doc/formats.md")
+                   "Scenario (YAML file or shipped name) or sequence (folder or bag), see doc/formats.md")
       ->required();
   command
       ->add_option("--estimators", a->estimators,

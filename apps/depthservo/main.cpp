@@ -33,6 +33,8 @@ Examples:
   depthservo robot unicycle-4dots --images images --twist twists --command commands
   depthservo target dots --out dots.pdf > target.yaml               a plate to print, in its true size
   depthservo noise still-recording                                  the pixel noise of your camera
+  depthservo info drive.mcap                                        topics, rates, clocks and frames of a bag
+  depthservo replay drive.bag --topics image=/camera/image_raw,odometry=/odom --target target.yaml
   depthservo calibrate my-drive --out robot.yaml                    errors of your robot, for --errors
   depthservo gains --law observer --fps 30 --kappa 0.1              gains for a camera's frame rate
 

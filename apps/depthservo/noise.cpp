@@ -27,7 +27,9 @@ PixelNoise measure(const NoiseArguments& a) {
   ProgressBar bar("noise");
   const auto show = [&](double done) { bar.show(done); };
   if (!a.sequence.empty()) {
-    const Sequence sequence(a.sequence, a.options);
+    SequenceOptions options = a.options;
+    options.target = a.target;
+    const Sequence sequence(a.sequence, options);
     return measurePixelNoise(sequence, trackerNamed(a.tracker, {"--tracker", 0, ""}), show);
   }
   const SequenceTarget seen = a.target.empty() ? SequenceTarget{} : readTarget(a.target);
@@ -97,10 +99,10 @@ void addNoise(CLI::App& app, int&) {
   CLI::App* command = app.add_subcommand(
       "noise", "Measure the pixel noise to tell the estimators, from a still recording");
   auto a = std::make_shared<NoiseArguments>();
-  command->add_option("SEQUENCE", a->sequence, "Folder: see doc/formats.md");
+  command->add_option("SEQUENCE", a->sequence, "Folder or bag: see doc/formats.md");
   command->add_option("--source", a->source, "Camera or video file, as in live, instead")
       ->type_name("SOURCE");
-  command->add_option("--target", a->target, "What is tracked in it: YAML file, as in live")
+  command->add_option("--target", a->target, "What is tracked: YAML file, as in live")
       ->type_name("FILE");
   command->add_option("--images", a->images, "Of a source, at most")
       ->type_name("N")

@@ -242,6 +242,45 @@ void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptio
   }
 }
 
+void addSourceOptions(CLI::App& command, SequenceOptions& source) {
+  command
+      .add_option(
+          "--camera", source.camera,
+          "camera_info or EuRoC sensor.yaml, or tum-fr1 | tum-fr2 | tum-fr3 | icl; default: "
+          "camera.yaml, of a bag its camera_info")
+      ->type_name("FILE");
+  command
+      .add_option("--fps", source.fps,
+                  "Images per second of a plain image folder, or of frame numbers")
+      ->type_name("F")
+      ->check(aboveZero());
+  command
+      .add_option("--topics", source.topics,
+                  "Of a bag: image=/camera/image_raw,odometry=/odom and camera_info=, poses=; "
+                  "odometry=/cmd_vel@base_link names the frame; odometry=none; default: the only "
+                  "one of each kind")
+      ->type_name("ROLE=TOPIC,..")
+      ->delimiter(',');
+  command
+      .add_option_function<std::vector<double>>(
+          "--camera-in-base",
+          [&source](const std::vector<double>& values) {
+            source.cameraInBase =
+                RpyPose{{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
+          },
+          "Place of the camera (z forward, x right) in the base whose twists the rows are [m, "
+          "rad]: "
+          "they become the camera's; default: rows are the camera's, of a bag by its transforms")
+      ->type_name("X,Y,Z,ROLL,PITCH,YAW")
+      ->delimiter(',')
+      ->expected(6);
+  command
+      .add_option("--target", source.target,
+                  "YAML file with 'target: {...}', 'dots: [...]' or both, instead of those of "
+                  "sequence.yaml")
+      ->type_name("FILE");
+}
+
 void addSequenceOptions(CLI::App& command, SequenceArguments& a) {
   command
       .add_option(
@@ -252,17 +291,7 @@ void addSequenceOptions(CLI::App& command, SequenceArguments& a) {
       .add_option("--motion", a.motion,
                   "twist | groundtruth | target; default: the first that the sequence has")
       ->type_name("SOURCE");
-  command
-      .add_option(
-          "--camera", a.source.camera,
-          "camera_info or EuRoC sensor.yaml, or tum-fr1 | tum-fr2 | tum-fr3 | icl; default: "
-          "camera.yaml")
-      ->type_name("FILE");
-  command
-      .add_option("--fps", a.source.fps,
-                  "Images per second of a plain image folder, or of frame numbers")
-      ->type_name("F")
-      ->check(aboveZero());
+  addSourceOptions(command, a.source);
   addObservationOptions(command, a.observation);
 }
 

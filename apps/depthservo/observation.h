@@ -35,6 +35,9 @@ struct SequenceArguments {
   ObservationArguments observation;
 };
 
+/// `--camera`, `--fps`, `--topics`, `--camera-in-base`, `--target`.
+void addSourceOptions(CLI::App& command, SequenceOptions& source);
+
 /// All but `--estimator`.
 void addSequenceOptions(CLI::App& command, SequenceArguments& arguments);
 

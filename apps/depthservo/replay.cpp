@@ -194,7 +194,7 @@ int replaySequence(const ReplayArguments& arguments) {
 void addReplay(CLI::App& app, int& exitCode) {
   CLI::App* command = app.add_subcommand("replay", "Observe depth on recorded data");
   auto a = std::make_shared<ReplayArguments>();
-  command->add_option("SEQUENCE", a->sequence, "Folder: see doc/formats.md")->required();
+  command->add_option("SEQUENCE", a->sequence, "Folder or bag: see doc/formats.md")->required();
   addEstimatorOption(*command, a->data.observation);
   addSequenceOptions(*command, a->data);
   command->add_option("--observe", a->observe, "depth (default) | focal")->type_name("WHAT");

@@ -87,7 +87,7 @@ RowMeaning rowMeaningNamed(const std::string& name, const InputError::Place& pla
 }
 
 ObservedSource ObservedSource::of(const Sequence& sequence) {
-  ObservedSource source{sequence.folder(), sequence.folder() + "/sequence.yaml", sequence.camera(),
+  ObservedSource source{sequence.folder(), sequence.settingsFile(), sequence.camera(),
                         sequence.seen()};
   source.hasImages = sequence.hasImages();
   source.rows = source.target.rows.value_or(RowMeaning::hold);

@@ -31,14 +31,18 @@ MotionSource chooseMotion(const Sequence& sequence, MotionSource wanted) {
                         : MotionSource::target;
     if (wanted == MotionSource::target && !hasTarget) {
       refuse(sequence,
-             "the camera's motion is unknown: needs twist.csv, ground truth (groundtruth.txt, "
-             "*.gt.freiburg or mav0/state_groundtruth_estimate0/data.csv) or a target of at least "
-             "four points in sequence.yaml");
+             "the camera's motion is unknown: needs " + sequence.motionSources() +
+                 " or a target of at least four points in sequence.yaml (or --target FILE)");
     }
   }
   if (wanted == MotionSource::twist && !hasTwist)
-    refuse(sequence, "--motion twist needs twist.csv");
+    refuse(sequence, isBag(sequence.folder())
+                         ? "--motion twist needs a topic of velocities: --topics odometry=TOPIC"
+                         : "--motion twist needs twist.csv");
   if (wanted == MotionSource::groundtruth && !hasPoses) {
+    if (isBag(sequence.folder())) {
+      refuse(sequence, "--motion groundtruth needs a topic of poses: --topics poses=TOPIC");
+    }
     refuse(sequence,
            "--motion groundtruth needs ground truth with at least two poses (groundtruth.txt, "
            "*.gt.freiburg or mav0/state_groundtruth_estimate0/data.csv)");

@@ -26,8 +26,12 @@ ImageFormat formatOf(std::string_view bytes) {
 
 }  // namespace
 
-ImageFile::ImageFile(const std::string& path)
-    : path_(path), bytes_(readFile(path, kLargestFile)), format_(formatOf(bytes_)) {
+ImageFile::ImageFile(const std::string& path) : ImageFile(path, readFile(path, kLargestFile)) {}
+
+ImageFile::ImageFile(std::string name, std::string bytes, const ImageFormat& format)
+    : path_(std::move(name)),
+      bytes_(std::move(bytes)),
+      format_(format.header ? format : formatOf(bytes_)) {
   if (!format_.header) refuse("is not an image, expected binary PGM or PPM, PNG or JPEG");
   try {
     header_ = format_.header(bytes_);

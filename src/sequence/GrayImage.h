@@ -19,6 +19,10 @@ class ImageFile {
   /// say whether it is of the turned image).
   explicit ImageFile(const std::string& path);
 
+  /// The same of bytes that are there already. \param name for messages \param format without a
+  /// header: by the first bytes
+  ImageFile(std::string name, std::string bytes, const ImageFormat& format = {});
+
   ImageSize size() const { return header_.size; }
 
   /// Gray levels of 0 (black) to 255 (white), rounded; colours as 0.299 R + 0.587 G + 0.114 B.

@@ -141,11 +141,15 @@ std::string findImageFolder(const std::string& folder, const std::string& sequen
 }
 
 int usedBits(const std::vector<std::string>& images) {
+  return usedBits(images.size(), [&](std::size_t i) { return ImageFile(images.at(i)); });
+}
+
+int usedBits(std::size_t images, const std::function<ImageFile(std::size_t)>& open) {
   constexpr std::size_t kLooks = 4;
   int bits = 0;
   for (std::size_t i = 0; i <= kLooks; ++i) {
     try {
-      const ImageFile file(images.at(i * (images.size() - 1) / kLooks));
+      const ImageFile file = open(i * (images - 1) / kLooks);
       if (!file.isWhiteUnknown()) {
         if (i == 0) return 0;
         continue;

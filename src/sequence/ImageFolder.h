@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "depthservo/sequence/Sequence.h"
+#include "sequence/GrayImage.h"
 
 namespace depthservo::detail {
 
@@ -38,6 +40,7 @@ std::string findImageFolder(const std::string& folder, const std::string& sequen
 /// How many bits of 16 the images use whose format does not say it: the fewest of 10, 12, 14 and 16
 /// that hold every level of some of them (first, last and between). 0: they have 8 bits, or say it,
 /// or the first one cannot be read.
+int usedBits(std::size_t images, const std::function<ImageFile(std::size_t)>& open);
 int usedBits(const std::vector<std::string>& images);
 
 }  // namespace depthservo::detail

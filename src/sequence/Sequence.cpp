@@ -14,6 +14,7 @@
 #include "sequence/FrameTable.h"
 #include "sequence/GrayImage.h"
 #include "sequence/ImageFolder.h"
+#include "sequence/ImageStore.h"
 #include "sequence/associate.h"
 #include "sequence/cameraFiles.h"
 #include "sequence/dataSets.h"
@@ -187,16 +188,31 @@ std::vector<TimeSpan> gapsOf(const std::vector<CameraPose>& poses) {
   return holesOf(timesOf(poses));
 }
 
-Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : folder_(folder) {
+Sequence::Sequence(const std::string& folder, const SequenceOptions& options)
+    : folder_(folder),
+      settingsFile_(options.target.empty() ? inFolder("sequence.yaml") : options.target) {
+  if (isBag(folder)) {
+    readBag(options);
+  } else {
+    readFolder(options);
+  }
+  checkClocks();
+}
+
+void Sequence::readFolder(const SequenceOptions& options) {
+  const std::string& folder = folder_;
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw InputError({folder, 0, ""}, exists(folder)
-                                          ? "is not a folder; a sequence is a folder"
-                                          : "there is no such folder" + didYouMeanFile(folder));
+    throw InputError({folder, 0, ""},
+                     exists(folder) ? "is neither a folder nor a bag"
+                                    : "there is no such folder or bag" + didYouMeanFile(folder));
   }
   if (options.fps != 0 && !kRates.contains(options.fps)) {
     throw InputError({folder, 0, "--fps"},
                      detail::expectedNumber(kRates, "Hz", fmt::format("{}", options.fps)));
+  }
+  if (!options.topics.empty()) {
+    throw InputError({folder, 0, "--topics"}, "is for bags; this is a folder");
   }
   fs::path normal = fs::absolute(folder).lexically_normal();
   if (!normal.has_filename()) normal = normal.parent_path();
@@ -206,6 +222,7 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
                     tracks = inFolder("tracks.csv"), truth = inFolder("truth.csv"),
                     depth = inFolder("depth.txt");
   if (exists(settings)) readSettings(settings, options);
+  if (!options.target.empty()) useTarget(readTarget(options.target));
   detail::DataSet set;
   if (exists(list)) {
     if (hasImages_) {
@@ -238,6 +255,14 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
     useDepth(readImageList(depth), depth);
   }
   if (exists(inFolder("twist.csv"))) readOdometry(inFolder("twist.csv"));
+  if (options.cameraInBase) {
+    if (odometry_.empty()) {
+      throw InputError({folder_, 0, "--camera-in-base"},
+                       "is for rows of a base's twists, and there is no twist.csv");
+    }
+    const Eigen::Isometry3d bMc = options.cameraInBase->isometry();
+    for (OdometryRow& row : odometry_) row.twist = twistOfCamera(bMc, row.twist);
+  }
   poses_ = std::move(set.poses);
   if (poses_.empty() && exists(inFolder("groundtruth.txt"))) {
     const bool isDownloaded = !exists(inFolder("camera.yaml"));
@@ -245,7 +270,6 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
         inFolder("groundtruth.txt"),
         isDownloaded ? detail::UnusablePoses::skip : detail::UnusablePoses::refuse, 1, warnings_);
   }
-  checkClocks();
 }
 
 void Sequence::checkClocks() {
@@ -257,7 +281,7 @@ void Sequence::checkClocks() {
     warnings_.insert(warnings_.end(), clocks_->findings.begin(), clocks_->findings.end());
     return;
   }
-  throw InputError({hasTwists ? inFolder("twist.csv") : folder_, 0, "timestamp"},
+  throw InputError({hasTwists && !store_ ? inFolder("twist.csv") : folder_, 0, "timestamp"},
                    clocks_->findings.back());
 }
 
@@ -275,12 +299,7 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
   if (settings.has("image_bits")) {
     imageBits_ = static_cast<int>(settings.integer("image_bits", {8, 16}, ""));
   }
-  SequenceTarget seen = targetOf(settings);
-  target_ = std::move(seen.target);
-  tags_ = std::move(seen.tags);
-  dots_ = std::move(seen.dots);
-  replay_ = std::move(seen.replay);
-  rowMeaning_ = seen.rows;
+  useTarget(targetOf(settings));
   if (settings.has("taught")) readTaught(settings.text("taught"));
   if (settings.has("images")) {
     const StrictMapping images = settings.mapping("images", {"folder", "pattern", "rate"});
@@ -300,6 +319,14 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
                                InputError({path, images.value("pattern").line, "images.pattern"},
                                           fmt::format("no file like {} in {}", pattern, found))));
   }
+}
+
+void Sequence::useTarget(SequenceTarget seen) {
+  target_ = std::move(seen.target);
+  tags_ = std::move(seen.tags);
+  dots_ = std::move(seen.dots);
+  replay_ = std::move(seen.replay);
+  if (seen.rows) rowMeaning_ = seen.rows;
 }
 
 void Sequence::useImages(std::vector<ListedImage> images) {
@@ -341,15 +368,13 @@ void Sequence::readTaught(const std::string& folder) {
 /// A first image that cannot be read matters only to those who read images.
 void Sequence::checkImages() {
   try {
-    requireSize(detail::ImageFile(frames_[0].image).size(), frames_[0].image);
+    requireSize(imageFile(0).size(), frames_[0].image);
   } catch (const InputError& error) {
     if (error.file() == cameraSource_) throw;
     return;
   }
   if (imageBits_ > 0) return;
-  std::vector<std::string> images;
-  for (const SequenceFrame& frame : frames_) images.push_back(frame.image);
-  imageBits_ = detail::usedBits(images);
+  imageBits_ = detail::usedBits(frames_.size(), [&](std::size_t i) { return imageFile(i); });
   if (imageBits_ > 0 && imageBits_ < 16) {
     warnings_.push_back(
         fmt::format("{}: has 16 bits, of which {} are used (nothing but black, taken as they are): "
@@ -366,9 +391,14 @@ void Sequence::requireSize(detail::ImageSize size, const std::string& image) con
                                camera_.height, image, size.width, size.height));
 }
 
+detail::ImageFile Sequence::imageFile(std::size_t frame) const {
+  return store_ ? store_->image(frame, frames_[frame].image)
+                : detail::ImageFile(frames_[frame].image);
+}
+
 DEPTHSERVO_VISP vpImage<unsigned char> Sequence::readImage(std::size_t frame) const {
   const std::string& path = frames_[frame].image;
-  const detail::ImageFile file(path);
+  const detail::ImageFile file = imageFile(frame);
   requireSize(file.size(), path);
   if (file.isWhiteUnknown() && imageBits_ == 0) {
     throw InputError({path, 0, ""},

@@ -207,6 +207,10 @@ CameraFile readCamera(const std::string& path) {
                                                       : readCameraInfo(root, path);
 }
 
+CameraFile parseCamera(const std::string& text, const std::string& file) {
+  return readCameraInfo(parseYaml(text, file), file);
+}
+
 Eigen::Isometry3d readEurocPose(const std::string& path) {
   const YamlValue root = loadYaml(path);
   return poseOf(StrictMapping(root, path, "", eurocKeys()));

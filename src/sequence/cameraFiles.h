@@ -23,6 +23,8 @@ struct CameraFile {
 /// Reads a ROS camera_info, as camera_calibration writes it, or the sensor.yaml of a EuRoC camera.
 /// Throws InputError; so it does when the lens distortion folds back within the image.
 CameraFile readCamera(const std::string& path);
+/// The same of the text of a camera_info. \param file for messages
+CameraFile parseCamera(const std::string& text, const std::string& file);
 
 /// T_BS of any EuRoC sensor.yaml: the sensor in the body. Throws InputError.
 Eigen::Isometry3d readEurocPose(const std::string& path);

@@ -10,6 +10,7 @@
 
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/motion/OdometryRow.h"
+#include "depthservo/motion/RpyPose.h"
 #include "depthservo/sequence/ClockCheck.h"
 #include "depthservo/sequence/DepthMap.h"
 #include "depthservo/target/AprilTagTarget.h"
@@ -21,6 +22,8 @@
 namespace depthservo {
 
 namespace detail {
+class ImageFile;
+class ImageStore;
 struct ImageSize;
 struct YamlValue;
 }  // namespace detail
@@ -103,12 +106,27 @@ struct SequenceOptions {
   /// Images per second of a numbered image folder, or of numbered frames in associations.txt [Hz];
   /// 0: not given.
   double fps = 0;
+  /// Of a bag: image=/camera/image_raw, camera_info=, odometry=, poses=; =none for none, @FRAME
+  /// behind it where messages tell no frame. One that is not named must be the only one of its
+  /// kind.
+  std::vector<std::string> topics{};
+  /// Pose of the camera (z forward) in the frame whose twists the rows of odometry are: they become
+  /// those of the camera. None: rows are the camera's; of a bag: by its transforms.
+  std::optional<RpyPose> cameraInBase{};
+  /// File with `target`, `dots`, `rows` and `replay`, instead of those of sequence.yaml.
+  std::string target{};
 };
+
+/// Whether it is a ROS bag: .bag, .mcap, .db3, or the folder of a ROS 2 recording.
+bool isBag(const std::string& path);
+
+/// Twist of a camera at the pose bMc in a body with that twist: both see the same rigid motion.
+Twist twistOfCamera(const Eigen::Isometry3d& bMc, const Twist& ofBody);
 
 /// Recorded data: a folder in the layout of TUM RGB-D with our additions; one of ICL-NUIM
 /// (associations.txt, *.gt.freiburg) or EuRoC (mav0/cam0, state_groundtruth_estimate0) as
-/// downloaded; or a folder of numbered images ("image.0001.pgm"; then `options` must give the
-/// camera and the rate). doc/formats.md has the layouts.
+/// downloaded; a ROS bag; or a folder of numbered images ("image.0001.pgm"; then `options` must
+/// give the camera and the rate). doc/formats.md has the layouts.
 ///
 /// With a negative fy (ICL-NUIM) the camera frame has y up, and poses and twists are told in that
 /// left-handed frame: every relation between them, pixels and depths is the same as ever.
@@ -117,11 +135,13 @@ struct SequenceOptions {
 /// without images every time in tracks.csv and truth.csv.
 class Sequence {
  public:
-  /// Throws InputError.
+  /// \param folder or bag \throw InputError
   explicit Sequence(const std::string& folder, const SequenceOptions& options = {});
 
-  const std::string& folder() const { return folder_; }
+  const std::string& folder() const { return folder_; }  ///< or the bag
   const std::string& name() const { return name_; }
+  /// Where target and start positions stand.
+  const std::string& settingsFile() const { return settingsFile_; }
   const PinholeCamera& camera() const { return camera_; }
   const std::vector<SequenceFrame>& frames() const { return frames_; }
   const std::vector<OdometryRow>& odometry() const { return odometry_; }  ///< twist.csv
@@ -137,6 +157,9 @@ class Sequence {
   /// Where the dots are in the first image, in the order of the target's points; the index is the
   /// id.
   const std::vector<PixelPoint>& dots() const { return dots_; }
+
+  /// What could tell the camera's motion and is not there, for messages.
+  std::string motionSources() const;
 
   const ReplaySection& replaySection() const { return replay_; }
 
@@ -164,10 +187,14 @@ class Sequence {
 
  private:
   void readSettings(const std::string& path, const SequenceOptions& options);
+  void readFolder(const SequenceOptions& options);
+  void readBag(const SequenceOptions& options);
+  void useTarget(SequenceTarget seen);
   void readTaught(const std::string& folder);
   void readCamera(const SequenceOptions& options, const std::optional<PinholeCamera>& known);
   void useImages(std::vector<ListedImage> images);
   void checkImages();
+  detail::ImageFile imageFile(std::size_t frame) const;
   void requireSize(detail::ImageSize size, const std::string& image) const;
   void readTracks(const std::string& path);
   void readTruth(const std::string& path);
@@ -176,7 +203,7 @@ class Sequence {
   void checkClocks();
   std::string inFolder(const std::string& file) const;
 
-  std::string folder_, name_;
+  std::string folder_, name_, settingsFile_;
   std::string cameraSource_;  // where the camera's size was read, for messages
   PinholeCamera camera_;
   std::vector<SequenceFrame> frames_;
@@ -190,6 +217,7 @@ class Sequence {
   std::vector<PixelPoint> dots_;
   std::shared_ptr<const TaughtImage> taught_;
   ReplaySection replay_;
+  std::shared_ptr<const detail::ImageStore> store_;  // of images in a bag; null: they are files
   bool hasImages_ = false;
   int imageBits_ = 0;  // used by images of 16; 0: not known
   std::optional<ClockCheck> clocks_;
