@@ -8,6 +8,7 @@ depthservo_find_visp(REQUIRED COMPONENTS visp_core visp_blob visp_gui visp_io vi
 
 find_package(OpenCV 4.5.1 REQUIRED COMPONENTS core imgproc imgcodecs calib3d video videoio)
 find_package(PNG 1.6.32 REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(JPEG REQUIRED)
 find_package(yaml-cpp 0.7 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
@@ -16,3 +17,4 @@ find_package(apriltag 3.2 REQUIRED)
 
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo-pdf)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)

@@ -148,7 +148,8 @@ FrameRecord Observer::observe(const Exposure& exposure) {
     frame.features.push_back(p.record(id, estimate, exposure, points));
     p.noteHidden(time_s, frame.features.back());
   }
-  if (known == Coverage::complete) frame.twist = motion.twist();
+  frame.isTwistKnown = known == Coverage::complete;
+  if (frame.isTwistKnown) frame.twist = motion.twist();
   p.lastTime_s = time_s;
   return frame;
 }
