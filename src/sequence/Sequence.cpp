@@ -17,6 +17,7 @@
 #include "sequence/associate.h"
 #include "sequence/cameraFiles.h"
 #include "sequence/dataSets.h"
+#include "sequence/frameFolder.h"
 #include "sequence/rowMeanings.h"
 #include "text/StrictYaml.h"
 #include "text/TextTable.h"
@@ -33,6 +34,25 @@ constexpr Range kPixels{-1e6, 1e6};              // px
 constexpr Range kDepths = Range::above(0, 1e6);  // m
 constexpr Range kSpeeds{-1e3, 1e3};              // m/s or rad/s
 constexpr Range kRates = Range::above(0, 1e5);   // Hz
+
+/// "xyz" [m] and "quaternion" [qx, qy, qz, qw]; the identity where they are missing.
+Eigen::Isometry3d poseIn(const StrictMapping& read) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  if (read.has("xyz")) {
+    const std::vector<double> p = read.numbers("xyz", 3, {-100, 100}, "m");
+    pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
+  }
+  if (read.has("quaternion")) {
+    const std::vector<double> q = read.numbers("quaternion", 4, {-1.1, 1.1}, "");
+    const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+    if (!(std::abs(rotation.norm() - 1) < 0.02)) {
+      read.fail("quaternion",
+                fmt::format("[qx, qy, qz, qw] has the norm {}, expected 1", rotation.norm()));
+    }
+    pose.linear() = rotation.normalized().toRotationMatrix();
+  }
+  return pose;
+}
 
 /// "tags" of a target: family, and a list of {id, size, xyz, quaternion}.
 AprilTagTarget readTags(const StrictMapping& target) {
@@ -53,19 +73,7 @@ AprilTagTarget readTags(const StrictMapping& target) {
     tag.id = static_cast<int>(read.integer("id", {0, count - 1.0}, ""));
     if (!ids.insert(tag.id).second) read.fail("id", fmt::format("tag {} is there twice", tag.id));
     if (read.has("size")) tag.size = read.number("size", Range::above(0, 10), "m");
-    if (read.has("xyz")) {
-      const std::vector<double> p = read.numbers("xyz", 3, {-100, 100}, "m");
-      tag.oMt.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
-    }
-    if (read.has("quaternion")) {
-      const std::vector<double> q = read.numbers("quaternion", 4, {-1.1, 1.1}, "");
-      const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
-      if (!(std::abs(rotation.norm() - 1) < 0.02)) {
-        read.fail("quaternion",
-                  fmt::format("[qx, qy, qz, qw] has the norm {}, expected 1", rotation.norm()));
-      }
-      tag.oMt.linear() = rotation.normalized().toRotationMatrix();
-    }
+    tag.oMt = poseIn(read);
     tags.tags.push_back(tag);
   }
   if (tags.tags.empty()) target.fail("tags", "expected at least 1 tag");
@@ -202,17 +210,21 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
   if (!normal.has_filename()) normal = normal.parent_path();
   name_ = normal.filename().string();
 
-  const std::string settings = inFolder("sequence.yaml"), list = inFolder("rgb.txt"),
+  const std::string settings = inFolder("sequence.yaml"),
+                    list = inFolder(exists(inFolder("rgb.txt")) ? "rgb.txt" : "images.txt"),
                     tracks = inFolder("tracks.csv"), truth = inFolder("truth.csv"),
                     depth = inFolder("depth.txt");
   if (exists(settings)) readSettings(settings, options);
+  const std::string listName = fs::path(list).filename().string();
   detail::DataSet set;
   if (exists(list)) {
     if (hasImages_) {
-      throw InputError({settings, 0, "images"}, "the folder has rgb.txt as well; remove one");
+      throw InputError({settings, 0, "images"},
+                       fmt::format("the folder has {} as well; remove one", listName));
     }
     if (options.fps > 0) {
-      throw InputError({list, 0, "--fps"}, "is for folders of numbered images; rgb.txt has times");
+      throw InputError({list, 0, "--fps"},
+                       "is for folders of numbered images; " + listName + " has times");
     }
     useImages(readImageList(list));
   } else if (const auto mav0 = detail::eurocFolder(folder_); mav0 && !hasImages_) {
@@ -223,6 +235,10 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
     useImages(set.images);
   } else if (detail::isAssociated(folder_) && !hasImages_) {
     set = detail::readAssociated(folder_, options.fps);
+    useImages(set.images);
+  } else if (!hasImages_ && detail::isFrameFolder(folder_)) {
+    set = detail::readFrameFolder(folder_, options.fps);
+    if (!isScaleGiven_) depthScale_ = detail::kFrameFolderScale;
     useImages(set.images);
   } else if (!hasImages_ && !exists(tracks)) {
     useImages(detail::plainImageFolder(folder_, options.fps));
@@ -244,7 +260,10 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
     poses_ = detail::readPoses(
         inFolder("groundtruth.txt"),
         isDownloaded ? detail::UnusablePoses::skip : detail::UnusablePoses::refuse, 1, warnings_);
+  } else if (poses_.empty() && exists(inFolder("poses.txt"))) {
+    poses_ = detail::readPoseMatrices(inFolder("poses.txt"), frames_);
   }
+  for (CameraPose& pose : poses_) pose.wMc = pose.wMc * handFromCamera_;
   checkClocks();
 }
 
@@ -271,6 +290,11 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
   if (settings.has("name")) name_ = settings.text("name");
   if (settings.has("depth_scale")) {
     depthScale_ = settings.number("depth_scale", Range::above(0, 1e6), "1/m");
+    isScaleGiven_ = true;
+  }
+  if (settings.has("hand_eye")) {
+    const StrictMapping pose = settings.mapping("hand_eye", {"xyz", "quaternion"});
+    handFromCamera_ = poseIn(pose);
   }
   if (settings.has("image_bits")) {
     imageBits_ = static_cast<int>(settings.integer("image_bits", {8, 16}, ""));
