@@ -99,6 +99,15 @@ const std::vector<std::string>& settingsKeys() {
   return keys;
 }
 
+/// Pose of the camera on the hand of an arm, whose poses the ground truth has; the identity: they
+/// are the camera's own.
+Eigen::Isometry3d handEyeIn(const std::string& file) {
+  const detail::YamlValue root = detail::loadYaml(file);
+  const StrictMapping settings(root, file, "", settingsKeys());
+  if (!settings.has("hand_eye")) return Eigen::Isometry3d::Identity();
+  return poseIn(settings.mapping("hand_eye", {"xyz", "quaternion"}));
+}
+
 SequenceTarget targetOf(const StrictMapping& settings) {
   SequenceTarget seen;
   if (settings.has("target")) {
@@ -214,6 +223,8 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
                     list = inFolder(exists(inFolder("rgb.txt")) ? "rgb.txt" : "images.txt"),
                     tracks = inFolder("tracks.csv"), truth = inFolder("truth.csv"),
                     depth = inFolder("depth.txt");
+  const bool hasFrames = detail::isFrameFolder(folder_);
+  if (hasFrames) depthScale_ = detail::kFrameFolderScale;
   if (exists(settings)) readSettings(settings, options);
   const std::string listName = fs::path(list).filename().string();
   detail::DataSet set;
@@ -236,9 +247,8 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
   } else if (detail::isAssociated(folder_) && !hasImages_) {
     set = detail::readAssociated(folder_, options.fps);
     useImages(set.images);
-  } else if (!hasImages_ && detail::isFrameFolder(folder_)) {
+  } else if (!hasImages_ && hasFrames) {
     set = detail::readFrameFolder(folder_, options.fps);
-    if (!isScaleGiven_) depthScale_ = detail::kFrameFolderScale;
     useImages(set.images);
   } else if (!hasImages_ && !exists(tracks)) {
     useImages(detail::plainImageFolder(folder_, options.fps));
@@ -263,7 +273,10 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options) : 
   } else if (poses_.empty() && exists(inFolder("poses.txt"))) {
     poses_ = detail::readPoseMatrices(inFolder("poses.txt"), frames_);
   }
-  for (CameraPose& pose : poses_) pose.wMc = pose.wMc * handFromCamera_;
+  if (exists(settings)) {
+    const Eigen::Isometry3d handFromCamera = handEyeIn(settings);
+    for (CameraPose& pose : poses_) pose.wMc = pose.wMc * handFromCamera;
+  }
   checkClocks();
 }
 
@@ -290,11 +303,6 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
   if (settings.has("name")) name_ = settings.text("name");
   if (settings.has("depth_scale")) {
     depthScale_ = settings.number("depth_scale", Range::above(0, 1e6), "1/m");
-    isScaleGiven_ = true;
-  }
-  if (settings.has("hand_eye")) {
-    const StrictMapping pose = settings.mapping("hand_eye", {"xyz", "quaternion"});
-    handFromCamera_ = poseIn(pose);
   }
   if (settings.has("image_bits")) {
     imageBits_ = static_cast<int>(settings.integer("image_bits", {8, 16}, ""));

@@ -107,9 +107,8 @@ struct SequenceOptions {
 
 /// Recorded data: a folder in the layout of TUM RGB-D with our additions; one of ICL-NUIM
 /// (associations.txt, *.gt.freiburg) or EuRoC (mav0/cam0, state_groundtruth_estimate0) as
-/// downloaded; of 7-Scenes (frame-000000.color.png, .depth.png, .pose.txt); or a folder of numbered
-/// images ("image.0001.pgm"; then `options` must give the camera and the rate). doc/formats.md has
-/// the layouts.
+/// downloaded; or a folder of numbered images ("image.0001.pgm"; then `options` must give the
+/// camera and the rate). doc/formats.md has the layouts.
 ///
 /// With a negative fy (ICL-NUIM) the camera frame has y up, and poses and twists are told in that
 /// left-handed frame: every relation between them, pixels and depths is the same as ever.
@@ -186,8 +185,6 @@ class Sequence {
   std::vector<CameraPose> poses_;
   std::vector<ListedImage> depthImages_;
   double depthScale_ = 5000;
-  bool isScaleGiven_ = false;
-  Eigen::Isometry3d handFromCamera_ = Eigen::Isometry3d::Identity();  // of poses of a hand
   DotTarget target_;
   std::optional<AprilTagTarget> tags_;
   std::vector<PixelPoint> dots_;
