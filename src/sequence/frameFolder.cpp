@@ -69,7 +69,7 @@ std::optional<Eigen::Isometry3d> poseOf(const std::vector<std::string>& words,
     const std::string word = words[i].substr(words[i].find_first_not_of("+-") == 1);
     const bool isNone = word == "nan" || word == "inf" || word == "NaN" || word == "-nan(ind)";
     if (!number && isNone) return std::nullopt;
-    if (!number) throw InputError(place, fmt::format("{} is not a number", quoted(words[i])));
+    if (!number) throw InputError(place, fmt::format("{} is not a number", detail::quoted(words[i])));
     T(static_cast<Eigen::Index>(i / 4), static_cast<Eigen::Index>(i % 4)) = *number;
   }
   constexpr double kRounded = 1e-3, kFarthest_m = 1e7;  // files hold few digits

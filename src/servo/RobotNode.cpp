@@ -26,7 +26,9 @@ Twist cameraTwistOf(const Twist& body, const Eigen::Isometry3d& bodyFromCamera) 
 }
 
 struct RobotNode::Parts : RunWatcher {
-  explicit Parts(const RobotNodeOptions& o) : options(o) {}
+  explicit Parts(const RobotNodeOptions& o) : options(o) {
+    if (o.images.isPlayback) sources = std::make_unique<Sources>(o.images);
+  }
 
   /// Waits for the camera; none: the node is stopped.
   std::optional<PinholeCamera> begin(RunWatcher* watcher);
@@ -43,7 +45,7 @@ struct RobotNode::Parts : RunWatcher {
   mutable std::mutex mutex;
   std::condition_variable wake;
   std::optional<PinholeCamera> camera;
-  std::unique_ptr<Sources> sources;  // null: nothing runs
+  std::unique_ptr<Sources> sources;  // null: nothing runs, nor will what is played back
   TimedImage newest;
   NodeStatus status;
 };
@@ -61,7 +63,6 @@ void RobotNode::setCamera(const PinholeCamera& camera) {
 
 void RobotNode::push(TimedImage image) {
   const std::lock_guard lock(parts_->mutex);
-  if (!parts_->camera) return;
   parts_->newest = image;
   if (parts_->sources) parts_->sources->images.push(std::move(image));
 }
@@ -165,7 +166,7 @@ std::optional<PinholeCamera> RobotNode::Parts::begin(RunWatcher* watcher) {
   wake.wait(lock, [&] { return camera.has_value() || isStopped; });
   if (isStopped) return std::nullopt;
   next = watcher;
-  sources = std::make_unique<Sources>(options.images);
+  if (!sources) sources = std::make_unique<Sources>(options.images);
   return camera;
 }
 

@@ -59,13 +59,13 @@ struct NodeStatus {
 ///     RunLog log = node.observe(&publisher);            //   node.setCamera(...), node.push(...)
 ///
 /// `observe` and `servo` run in the thread that calls them, one at a time, until the images end or
-/// `stop`.
+/// `stop`. What comes while neither runs is left out; of a playback it waits.
 class RobotNode {
  public:
   explicit RobotNode(const RobotNodeOptions& options);
   ~RobotNode();
 
-  /// The first one counts. Until then images are left out.
+  /// The first one counts; `observe` and `servo` wait for it.
   void setCamera(const PinholeCamera& camera);
   void push(TimedImage image);
   void pushBaseTwist(double time_s, const Twist& base);

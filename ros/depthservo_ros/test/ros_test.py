@@ -141,9 +141,9 @@ def write_bag(folder, path):
     q.w = math.sqrt(1 + np.trace(R)) / 2
     q.x, q.y, q.z = (R[2, 1] - R[1, 2]) / (4 * q.w), (R[0, 2] - R[2, 0]) / (4 * q.w), (R[1, 0] - R[0, 1]) / (4 * q.w)
     with rosbag.Bag(path, "w") as bag:
-        before = rospy.Time(START - 1)
+        before = rospy.Time(START - 3)
         bag.write("/tf_static", TFMessage([fixed]), before)
-        for k in range(20):  # the node starts when tf is there
+        for k in range(60):  # the node starts when tf is there
             now = before + rospy.Duration(k / 20)
             bag.write("/camera/camera_info", bridge.camera_info(now, 640, 480, 600.0), now)
         for line in open(f"{folder}/twist.csv").read().splitlines()[1:]:
@@ -171,8 +171,7 @@ def test_playback():
                  "_rows:=hold", f"_target:={folder}/sequence.yaml", "_playback:=true", "_tf_wait:=30.0",
                  name="observe")
     wait_until(lambda: subscriber.get_num_connections() > 0, 20, "observe starts")
-    played = start("/usr/lib/rosbag/play" if os.path.exists("/usr/lib/rosbag/play") else "rosbag-play",
-                   "--quiet", "--wait-for-subscribers", "-r", "0.5", f"{WORK}/bag.bag", name="play")
+    played = start("/usr/lib/rosbag/play", "--quiet", "-d", "1", f"{WORK}/bag.bag", name="play")
     played.wait(60)
     images = len(open(f"{folder}/rgb.txt").read().split("\n")) - 1
     images -= open(f"{folder}/rgb.txt").read().count("#")
