@@ -350,12 +350,10 @@ TEST(RunRecorder, mcap_clouds_have_positions_and_their_covariances) {
         (place(0, h, 0) - place(0, -h, 0)) / (2 * h) * e.sigma_xy,
         (place(0, 0, h) - place(0, 0, -h)) / (2 * h) * e.sigma_Z();
     const Eigen::Matrix3d C = spread * spread.transpose();
-    for (const auto& [name, expected] : {std::pair{"cov_xx", C(0, 0)},
-                                         {"cov_xy", C(0, 1)},
-                                         {"cov_xz", C(0, 2)},
-                                         {"cov_yy", C(1, 1)},
-                                         {"cov_yz", C(1, 2)},
-                                         {"cov_zz", C(2, 2)}}) {
+    const std::map<std::string, double> expectations = {{"cov_xx", C(0, 0)}, {"cov_xy", C(0, 1)},
+                                                        {"cov_xz", C(0, 2)}, {"cov_yy", C(1, 1)},
+                                                        {"cov_yz", C(1, 2)}, {"cov_zz", C(2, 2)}};
+    for (const auto& [name, expected] : expectations) {
       EXPECT_NEAR(value(i, name), expected, 1e-8 * C.trace()) << name;
     }
   }

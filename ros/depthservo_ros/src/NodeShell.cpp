@@ -36,7 +36,8 @@ DEPTHSERVO_VISP vpImage<unsigned char> grayOf(const sensor_msgs::Image& message)
     throw InputError({"image", 0, "encoding"},
                      "expected mono8, rgb8, bgr8, rgba8 or bgra8, got " + message.encoding);
   }
-  if (message.step * message.height > message.data.size() || message.step < message.width) {
+  if (message.step * message.height > message.data.size() ||
+      message.step < CV_MAT_CN(type) * message.width) {
     throw InputError({"image", 0, "data"}, "is shorter than its height says");
   }
   const cv::Mat pixels(height, width, type, const_cast<std::uint8_t*>(message.data.data()),
@@ -63,7 +64,8 @@ NodeShell::NodeShell(ros::NodeHandle& topics, ros::NodeHandle& parameters)
   image_ = transport_.subscribe("image", kImages, &NodeShell::onImage, this, hints);
   teach_ = parameters_.advertiseService("teach", &NodeShell::teach, this);
   diagnostics_.setHardwareID("none");
-  diagnostics_.add("depths", [this](auto& status) { diagnose(status); });
+  diagnostics_.add(
+      "depths", [this](diagnostic_updater::DiagnosticStatusWrapper& status) { diagnose(status); });
   diagnosing_ = topics.createTimer(ros::Duration(1),
                                    [this](const ros::TimerEvent&) { diagnostics_.update(); });
 }

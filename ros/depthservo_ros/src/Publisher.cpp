@@ -44,6 +44,7 @@ sensor_msgs::PointCloud2 cloudOf(const PointDepths& depths) {
                               Field::FLOAT32, "sigma_z", 1, Field::FLOAT32, "id", 1, Field::INT32,
                               "status", 1, Field::UINT8);
   fields.resize(depths.points.size());
+  if (depths.points.empty()) return cloud;
   sensor_msgs::PointCloud2Iterator<float> x(cloud, "x"), sigma(cloud, "sigma_z");
   sensor_msgs::PointCloud2Iterator<std::int32_t> id(cloud, "id");
   sensor_msgs::PointCloud2Iterator<std::uint8_t> status(cloud, "status");

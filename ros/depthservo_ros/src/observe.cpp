@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   ros::NodeHandle topics, parameters("~");
   ros::AsyncSpinner spinner(1);  // one: messages keep their order
   spinner.start();
+  int exitCode = 0;
   try {
     depthservo_ros::Publisher publisher(topics, parameters);
     depthservo_ros::NodeShell shell(topics, parameters);
@@ -19,13 +20,18 @@ int main(int argc, char** argv) {
       ros::waitForShutdown();
       shell.node().stop("the node is shut down");
     });
-    const depthservo::RunLog log = shell.node().observe(&publisher);
-    ROS_INFO("%s", log.reason.c_str());
-    ros::requestShutdown();
+    try {
+      ROS_INFO("%s", shell.node().observe(&publisher).reason.c_str());
+    } catch (const depthservo::InputError& error) {
+      if (ros::ok()) exitCode = 2;  // else it was stopped before the first image
+      ROS_FATAL("%s", error.what());
+    }
+    ros::shutdown();
     stopper.join();
     spinner.stop();
   } catch (const depthservo::InputError& error) {
     ROS_FATAL("%s", error.what());
-    return 2;
+    exitCode = 2;
   }
+  return exitCode;
 }

@@ -5,6 +5,8 @@
 #include <depthservo/text/InputError.h>
 #include <tf2_ros/transform_listener.h>
 
+#include <initializer_list>
+#include <utility>
 #include <vector>
 
 namespace depthservo_ros {
@@ -122,6 +124,7 @@ RobotNodeOptions nodeOptions(const Handle& from) {
 }
 
 ServoTask servoTask(const Handle& from) {
+  using Named = std::pair<const char*, double*>;
   ServoTask task;
   const Handle robot(from, "robot"), limits(from, "robot/limits"), safety(from, "safety"),
       control(from, "control");
@@ -134,22 +137,22 @@ ServoTask servoTask(const Handle& from) {
   }
   read(robot, "camera_yaw", task.robot.camera_yaw);
   RobotLimits& l = task.robot.limits;
-  for (const auto& [key, limit] : {std::pair<const char*, double*>{"v", &l.v},
-                                   {"w", &l.w},
-                                   {"dv", &l.dv},
-                                   {"dw", &l.dw},
-                                   {"brake_v", &l.brake_v},
-                                   {"brake_w", &l.brake_w}}) {
+  for (const auto& [key, limit] : std::initializer_list<Named>{{"v", &l.v},
+                                                               {"w", &l.w},
+                                                               {"dv", &l.dv},
+                                                               {"dw", &l.dw},
+                                                               {"brake_v", &l.brake_v},
+                                                               {"brake_w", &l.brake_w}}) {
     readSize(limits, key, *limit);
   }
   SafetyOptions& s = task.safety;
-  for (const auto& [key, age] : {std::pair<const char*, double*>{"image_age", &s.image_age},
-                                 {"odometry_age", &s.odometry_age},
-                                 {"track_age", &s.track_age},
-                                 {"contradiction", &s.contradiction},
-                                 {"overrun", &s.overrun},
-                                 {"calm", &s.calm},
-                                 {"give_up", &s.give_up}}) {
+  for (const auto& [key, age] : std::initializer_list<Named>{{"image_age", &s.image_age},
+                                                             {"odometry_age", &s.odometry_age},
+                                                             {"track_age", &s.track_age},
+                                                             {"contradiction", &s.contradiction},
+                                                             {"overrun", &s.overrun},
+                                                             {"calm", &s.calm},
+                                                             {"give_up", &s.give_up}}) {
     readSize(safety, key, *age);
   }
   readSize(control, "gain", task.control.gain);

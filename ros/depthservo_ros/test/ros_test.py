@@ -44,6 +44,7 @@ from depthservo_ros.msg import PointDepth, PointDepths  # noqa: E402
 bridge = SourceFileLoader("robot_bridge", f"{HERE}/../scripts/robot_bridge").load_module()
 STATUS = {PointDepth.CONVERGING: "converging", PointDepth.VALID: "valid", PointDepth.UNEXCITED: "unexcited",
           PointDepth.COASTING: "coasting", PointDepth.REJECTED: "rejected", PointDepth.LOST: "lost"}
+TOPICS = ("image:=/camera/image_raw", "camera_info:=/camera/camera_info", "odometry:=/odom")
 running = []
 
 
@@ -72,6 +73,11 @@ def wait_until(condition, seconds, what):
     while not condition():
         assert time.time() < limit, f"{what}: not within {seconds} s"
         time.sleep(0.02)
+
+
+def set_parameters(node, **values):
+    for key, value in values.items():
+        rospy.set_param(f"/{node}/{key}", value)
 
 
 def tool(*arguments):
@@ -166,10 +172,9 @@ def test_playback():
     write_bag(folder, f"{WORK}/bag.bag")
     heard = []
     subscriber = rospy.Subscriber("/depths", PointDepths, heard.append, queue_size=None)
-    node = start(f"{NODES}/observe", "image:=/camera/image_raw", "camera_info:=/camera/camera_info",
-                 "odometry:=/odom", "_tracker:=dots", "_estimator:=filter", "_initial:=3.0", "_pixelNoise_px:=0.5",
-                 "_rows:=hold", f"_target:={folder}/sequence.yaml", "_playback:=true", "_tf_wait:=30.0",
-                 name="observe")
+    set_parameters("observe", tracker="dots", estimator="filter", initial=3.0, pixelNoise_px=0.5, rows="hold",
+                   target=f"{folder}/sequence.yaml", playback=True, tf_wait=30.0)
+    node = start(f"{NODES}/observe", *TOPICS, name="observe")
     wait_until(lambda: subscriber.get_num_connections() > 0, 20, "observe starts")
     played = start("/usr/lib/rosbag/play", "--quiet", "-d", "1", f"{WORK}/bag.bag", name="play")
     played.wait(60)
@@ -231,12 +236,10 @@ class Robot:
 
 def start_servo(name):
     """With ages that a loaded machine can keep."""
-    ages = [f"_safety/{key}:={value}" for key, value in
-            (("image_age", 0.5), ("odometry_age", 0.5), ("overrun", 0.5), ("contradiction", 0.3))]
-    return start(f"{NODES}/servo", "image:=/camera/image_raw", "camera_info:=/camera/camera_info", "odometry:=/odom",
-                 "_tracker:=dots", "_initial:=1.0", f"_goal:={WORK}/goal", f"_camera_in_base:={MOUNT}",
-                 "_robot/type:=unicycle", "_robot/camera_offset:=[0.07, 0.02, 0.13]", "_control/tolerance:=2.0",
-                 *ages, f"__name:=servo_{name}", name=f"servo-{name}")
+    set_parameters(f"servo_{name}", tracker="dots", initial=1.0, goal=f"{WORK}/goal", camera_in_base=MOUNT,
+                   robot={"type": "unicycle", "camera_offset": [0.07, 0.02, 0.13]}, control={"tolerance": 2.0},
+                   safety={"image_age": 0.5, "odometry_age": 0.5, "overrun": 0.5, "contradiction": 0.3})
+    return start(f"{NODES}/servo", *TOPICS, f"__name:=servo_{name}", name=f"servo-{name}")
 
 
 def call(service, kind, *arguments):
