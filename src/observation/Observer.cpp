@@ -148,8 +148,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
     frame.features.push_back(p.record(id, estimate, exposure, points));
     p.noteHidden(time_s, frame.features.back());
   }
-  frame.isTwistKnown = known == Coverage::complete;
-  if (frame.isTwistKnown) frame.twist = motion.twist();
+  if (known == Coverage::complete) frame.twist = motion.twist();
   p.lastTime_s = time_s;
   return frame;
 }

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
 #include <optional>
 #include <set>
 #include <utility>
 
-#include "depthservo/motion/Motion.h"
+#include "depthservo/motion/MotionBuffer.h"
 #include "depthservo/text/InputError.h"
 #include "report/EmbeddedSchemas.h"
 #include "report/McapWriter.h"
@@ -20,25 +22,53 @@ class Trajectory {
  public:
   const Eigen::Isometry3d& pose() const { return wMc_; }  ///< of the camera in the world
 
-  void add(const FrameRecord& frame, const Exposure& exposure) {
-    if (std::isnan(last_s_)) {
-      if (exposure.wMc) wMc_ = *exposure.wMc;
-    } else if (frame.isTwistKnown) {
-      const Motion step = Motion::fromTwist(frame.twist, frame.time_s - last_s_);
+  /// Whether the motion since the image before is known; of the first one there is none.
+  bool isMotionKnown() const { return isKnown_; }
+  bool hasBegun() const { return hasBegun_; }  ///< there was an image before
+
+  void add(const RunFrame& frame) {
+    const FrameRecord& record = frame.record;
+    takeRows(frame.rig);
+    hasBegun_ = !std::isnan(last_s_);
+    if (!hasBegun_ && frame.exposure.wMc) wMc_ = *frame.exposure.wMc;
+    isKnown_ = hasBegun_ && isKnown(frame);
+    if (isKnown_) {
+      const Motion step = Motion::fromTwist(record.twist, record.time_s - last_s_);
       Eigen::Isometry3d nowFromBefore = Eigen::Isometry3d::Identity();
       nowFromBefore.linear() = step.R;
       nowFromBefore.translation() = step.t;
       wMc_ = wMc_ * nowFromBefore.inverse();
       wMc_.linear() = Eigen::Quaterniond(wMc_.linear()).normalized().toRotationMatrix();
     }
-    last_s_ = frame.time_s;
+    last_s_ = record.time_s;
   }
 
-  bool hasBegun() const { return !std::isnan(last_s_); }
-
  private:
+  void takeRows(const Rig& rig) {
+    if (rows_.size() == 0) rows_.setMeaning(rig.source().rows);
+    const auto& rows = rig.odometry();
+    auto row = std::upper_bound(rows.begin(), rows.end(), lastRow_s_,
+                                [](double t, const OdometryRow& r) { return t < r.time_s; });
+    for (; row != rows.end(); ++row) {
+      rows_.push(row->time_s, row->twist);
+      lastRow_s_ = row->time_s;
+    }
+  }
+
+  /// A rig without rows takes the motion from its target: a twist of zero is none.
+  bool isKnown(const RunFrame& frame) const {
+    const double now_s = frame.record.time_s;
+    if (rows_.size() > 0) return rows_.coverage(last_s_, now_s) == Coverage::complete;
+    const Twist& twist = frame.record.twist;
+    return !twist.linear.isZero(0) || !twist.angular.isZero(0);
+  }
+
+  static constexpr std::size_t kRows = 16384;
+  MotionBuffer rows_{kRows};
+  double lastRow_s_ = -std::numeric_limits<double>::infinity();
   Eigen::Isometry3d wMc_ = Eigen::Isometry3d::Identity();
   double last_s_ = kUnknown;
+  bool isKnown_ = false, hasBegun_ = false;
 };
 
 std::string tumRow(double time_s, const Eigen::Isometry3d& wMc) {
@@ -53,7 +83,7 @@ class McapRun {
  public:
   explicit McapRun(const std::string& file) : place_(file), writer_(file) {}
 
-  void add(const RunFrame& frame, const Eigen::Isometry3d& wMc) {
+  void add(const RunFrame& frame, const Trajectory& trajectory) {
     const FrameRecord& record = frame.record;
     const double time_s = record.time_s;
     const PinholeCamera& camera = frame.log.camera;
@@ -63,7 +93,7 @@ class McapRun {
       write(image_, time_s, foxglove::compressedImage(time_s, frame.exposure.image));
     }
     write(transforms_, time_s,
-          foxglove::frameTransform(time_s, foxglove::kWorld, foxglove::kCamera, wMc));
+          foxglove::frameTransform(time_s, foxglove::kWorld, foxglove::kCamera, trajectory.pose()));
     if (const auto& truth = frame.exposure.wMc) {
       write(transforms_, time_s,
             foxglove::frameTransform(time_s, foxglove::kWorld, "camera_true", *truth));
@@ -72,7 +102,8 @@ class McapRun {
     write(cloud_, time_s, foxglove::pointCloud(record));
     write(scene_, time_s, foxglove::sceneUpdate(record));
     write(annotations_, time_s, foxglove::imageAnnotations(record, frame.log.goals));
-    write(robot_, time_s, foxglove::robot(record, frame.log.commandNames));
+    write(robot_, time_s,
+          foxglove::robot(record, frame.log.commandNames, trajectory.isMotionKnown()));
     addEvents(frame.log);
   }
 
@@ -177,13 +208,14 @@ RunRecorder::~RunRecorder() = default;
 
 bool RunRecorder::onFrame(const RunFrame& frame) {
   Parts& p = *parts_;
-  const bool isGap = p.trajectory.hasBegun() && !frame.record.isTwistKnown;
-  p.trajectory.add(frame.record, frame.exposure);
+  p.trajectory.add(frame);
   if (p.tum) {
-    if (isGap) p.tum->write("# the motion to the next row is not known\n");
+    if (p.trajectory.hasBegun() && !p.trajectory.isMotionKnown()) {
+      p.tum->write("# the motion to the next row is not known\n");
+    }
     p.tum->write(tumRow(frame.record.time_s, p.trajectory.pose()));
   }
-  if (p.mcap) p.mcap->add(frame, p.trajectory.pose());
+  if (p.mcap) p.mcap->add(frame, p.trajectory);
   return !next_ || next_->onFrame(frame);
 }
 

@@ -296,12 +296,13 @@ Json depths(const FrameRecord& frame) {
   return {{"timestamp", json(Time(frame.time_s))}, {"frame_id", kCamera}, {"points", points}};
 }
 
-Json robot(const FrameRecord& frame, const std::vector<std::string>& velocityNames) {
+Json robot(const FrameRecord& frame, const std::vector<std::string>& velocityNames,
+           bool isTwistKnown) {
   Json message = {{"timestamp", json(Time(frame.time_s))}};
   add(message, "error_px", frame.error_px);
   if (frame.command.size() > 0) message["command"] = velocities(frame.command, velocityNames);
   if (frame.applied.size() > 0) message["applied"] = velocities(frame.applied, velocityNames);
-  if (frame.isTwistKnown) {
+  if (isTwistKnown) {
     Eigen::VectorXd twist(6);
     twist << frame.twist.linear, frame.twist.angular;
     message["twist"] = velocities(twist, {"vx", "vy", "vz", "wx", "wy", "wz"});

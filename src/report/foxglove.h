@@ -46,6 +46,7 @@ Json imageAnnotations(const FrameRecord& frame, const std::vector<Eigen::Vector2
 
 /// Of our own schemas in data/foxglove.
 Json depths(const FrameRecord& frame);
-Json robot(const FrameRecord& frame, const std::vector<std::string>& velocityNames);
+Json robot(const FrameRecord& frame, const std::vector<std::string>& velocityNames,
+           bool isTwistKnown);
 
 }  // namespace depthservo::foxglove

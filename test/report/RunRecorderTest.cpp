@@ -251,7 +251,6 @@ void tell(const RunLog& whole, const RecordingFiles& files) {
 RunLog movingLog() {
   RunLog log = test::exampleLog();
   for (FrameRecord& frame : log.frames) {
-    frame.isTwistKnown = &frame != log.frames.data();
     for (FeatureRecord& f : frame.features) {
       f.estimate.x = (f.u - 319.5) / 600;
       f.estimate.y = (f.v - 239.5) / 600;
@@ -296,7 +295,7 @@ TEST(RunRecorder, writes_an_mcap_file_that_agrees_with_itself_and_with_the_log) 
     const json& robot = file.byTopic.at("/robot")[k].value;
     EXPECT_EQ(robot["command"]["v"], frame.command[0]);
     EXPECT_EQ(robot["error_px"], frame.error_px);
-    EXPECT_EQ(robot.contains("twist"), frame.isTwistKnown);
+    EXPECT_EQ(robot.contains("twist"), k > 0);
   }
 }
 
@@ -389,7 +388,7 @@ TEST(RunRecorder, tum_trajectory_of_a_constant_twist_is_a_circle) {
 TEST(RunRecorder, motion_that_is_not_known_is_said_not_taken_for_rest) {
   const TemporaryFolder folder;
   RunLog log = movingLog();
-  log.frames[5].isTwistKnown = false;
+  log.frames[5].twist = {};  // of a rig whose target tells the motion: none
   tell(log, {folder / "a.mcap", folder / "a.tum"});
   const std::string text = folder.read("a.tum");
   std::istringstream lines(text.substr(0, text.find('#')));

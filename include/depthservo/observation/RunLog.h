@@ -44,12 +44,10 @@ struct FeatureRecord {
 struct FrameRecord {
   double time_s = 0;
   double error_px =
-      kUnknown;               ///< rms distance of the features to their goals [px]; not in a replay
-  Eigen::VectorXd command;    ///< robot velocities asked for (v [m/s], w [rad/s]); not in a replay
-  Eigen::VectorXd applied;    ///< the same after limits and actuators
-  Twist twist;                ///< of the camera since the image before, as measured by odometry
-  bool isTwistKnown = false;  ///< false: the odometry does not tell it (or there was no image
-                              ///< before), and the twist is zero
+      kUnknown;             ///< rms distance of the features to their goals [px]; not in a replay
+  Eigen::VectorXd command;  ///< robot velocities asked for (v [m/s], w [rad/s]); not in a replay
+  Eigen::VectorXd applied;  ///< the same after limits and actuators
+  Twist twist;              ///< of the camera, as measured by odometry
   Eigen::Vector3d robotPose{kUnknown, kUnknown, kUnknown};  ///< x, y [m], theta [rad] in the world
   std::vector<FeatureRecord> features;
 };

@@ -7,8 +7,8 @@
 
 namespace depthservo {
 
-/// A depth image: 16-bit PNG, gray level / scale = Z [m] (not the distance along the ray), 0 and
-/// 65535 are unknown.
+/// A depth image: 16-bit PNG, gray level / scale = Z [m] (not the distance along the ray), 0 is
+/// unknown.
 class DepthMap {
  public:
   /// \param scale gray levels per metre
