@@ -308,7 +308,7 @@ TEST(RunRecorder, mcap_images_come_back_to_the_last_bit) {
   for (int k = 0; k < 3; ++k) {
     const json& message = file.byTopic.at("/camera/image")[static_cast<std::size_t>(k)].value;
     folder.write("image.png", fromBase64(message["data"]));
-    const auto image = imageIn(folder / "image.png");
+    auto image = imageIn(folder / "image.png");
     ASSERT_TRUE(image);
     EXPECT_TRUE(*image == imageOf(k));
   }
