@@ -94,8 +94,9 @@ std::vector<double> timesOf(const std::vector<Timed>& list) {
 }
 
 const std::vector<std::string>& settingsKeys() {
-  static const std::vector<std::string> keys = {"name",   "depth_scale", "rows",   "target", "dots",
-                                                "images", "image_bits",  "taught", "replay"};
+  static const std::vector<std::string> keys = {"name",   "depth_scale", "rows",       "target",
+                                                "dots",   "images",      "image_bits", "taught",
+                                                "replay", "hand_eye"};
   return keys;
 }
 

@@ -30,7 +30,6 @@ const at = (name) => path.join(folder, name);
 function readWhole(file) {
   const reader = new McapStreamReader({ validateCrcs: true, decompressHandlers });
   const ajv = new Ajv({ strict: false });
-  ajv.addKeyword("contentEncoding");
   const schemas = new Map(), channels = new Map(), topics = {};
   reader.append(fs.readFileSync(file));
   for (let record; (record = reader.nextRecord()); ) {
