@@ -11,6 +11,7 @@
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/rig/LiveRig.h"
+#include "depthservo/sequence/TwistStream.h"
 #include "depthservo/scenario/observationOf.h"
 #include "findings.h"
 #include "numbers.h"
@@ -21,6 +22,7 @@ namespace {
 
 struct LiveArguments {
   std::string source, camera, twist, target, motion, times, out, tracker = "auto";
+  RecordingFiles files;
   VideoOptions video;
   ObservationArguments observation;
   double duration_s = 0;
@@ -49,7 +51,9 @@ std::unique_ptr<View> viewOf(const LiveArguments& arguments, const LiveOptions& 
 }
 
 /// \param metrics of all frames; the log may have the last ones only
-void finish(const LiveArguments& arguments, const RunLog& log, const Metrics& metrics) {
+void finish(const LiveArguments& arguments, const RunLog& log, const Metrics& metrics,
+            RunRecorder& recorder) {
+  recorder.finish(log);
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   printTable(log, metrics);
   printFindings(log);
@@ -63,10 +67,12 @@ void finish(const LiveArguments& arguments, const RunLog& log, const Metrics& me
 class LiveWatcher : public RunWatcher {
  public:
   /// \param view may be null \param shown the log while the window draws
-  LiveWatcher(View* view, const RunLog*& shown, MetricsMeter& meter, const std::atomic<bool>& stop)
-      : view_(view), shown_(shown), meter_(meter), stop_(stop) {}
+  LiveWatcher(View* view, const RunLog*& shown, MetricsMeter& meter, RunRecorder& recorder,
+              const std::atomic<bool>& stop)
+      : view_(view), shown_(shown), meter_(meter), recorder_(recorder), stop_(stop) {}
 
   bool onFrame(const RunFrame& frame) override {
+    recorder_.onFrame(frame);
     meter_.add(frame.record);
     if (view_) {
       std::string status;
@@ -88,6 +94,7 @@ class LiveWatcher : public RunWatcher {
   View* view_;
   const RunLog*& shown_;
   MetricsMeter& meter_;
+  RunRecorder& recorder_;
   const std::atomic<bool>& stop_;
 };
 
@@ -117,6 +124,7 @@ int watchLive(const LiveArguments& arguments) {
   video.width = options.camera.width;
   video.height = options.camera.height;
   if (!arguments.times.empty()) video.times = readTimes(arguments.times);
+  RunRecorder recorder(arguments.files);  // first: it takes signals to itself
   const std::atomic<bool>& stop = stopOnInterruption();
   video.stop = &stop;
   VideoSource images(arguments.source, video);
@@ -136,14 +144,14 @@ int watchLive(const LiveArguments& arguments) {
     if (!shown) return;
     RunLog log = *shown;
     log.reason = "the window was closed";
-    finish(arguments, log, meter.result(log));
+    finish(arguments, log, meter.result(log), recorder);
   });
   if (!view && !arguments.noWindow) fmt::print(stderr, "note: no display, hence no window\n");
 
-  LiveWatcher watcher(view.get(), shown, meter, stop);
+  LiveWatcher watcher(view.get(), shown, meter, recorder, stop);
   const RunLog log = live(options, images, twists.get(), &watcher);
   const Metrics metrics = meter.result(log);
-  finish(arguments, log, metrics);
+  finish(arguments, log, metrics, recorder);
   return foundNothing(log, metrics) ? kOtherOutcome : kMet;
 }
 
@@ -196,6 +204,7 @@ void addLive(CLI::App& app, int& exitCode) {
   command->add_option("--duration", a->duration_s, "Stop after this time [s]; default: at the end")
       ->type_name("S")
       ->check(aboveZero());
+  addRecordingOptions(*command, a->files);
   command->add_flag("--no-window", a->noWindow, "Open no window");
   command->add_flag("--json", a->json, "Print the result as one JSON object on stdout");
   command->add_option("--out", a->out, "Write a run folder with report.html; must not exist")

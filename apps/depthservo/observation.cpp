@@ -303,6 +303,17 @@ ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence&
   return options;
 }
 
+void addRecordingOptions(CLI::App& command, RecordingFiles& files) {
+  command
+      .add_option("--mcap", files.mcap,
+                  "Write images, depths, commands and events for Foxglove; must not exist")
+      ->type_name("FILE");
+  command
+      .add_option("--tum", files.tum,
+                  "Write the camera's trajectory as odometry has it, for evo; must not exist")
+      ->type_name("FILE");
+}
+
 PinholeCamera requiredCamera(const std::string& name) {
   if (name.empty()) {
     refuseOption("--camera", "missing; give a camera_info file (doc/sources.md: how to calibrate)");

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "depthservo/report/Metrics.h"
+#include "depthservo/report/RunRecorder.h"
 #include "depthservo/rig/RecordedRig.h"
 
 namespace depthservo {
@@ -43,6 +44,9 @@ void addSequenceOptions(CLI::App& command, SequenceArguments& arguments);
 
 /// As the sequence asks for, unless the arguments say otherwise. \throw InputError
 ObservationOptions optionsOf(const SequenceArguments& arguments, const Sequence& sequence);
+
+/// `--mcap` and `--tum`.
+void addRecordingOptions(CLI::App& command, RecordingFiles& files);
 
 /// The camera that `--camera` names. \throw InputError none is given, or it is none
 PinholeCamera requiredCamera(const std::string& name);

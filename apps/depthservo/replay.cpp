@@ -22,6 +22,7 @@ namespace {
 struct ReplayArguments {
   std::string sequence, baseline, out, law, commands, observe = "depth";
   SequenceArguments data;
+  RecordingFiles files;
   std::vector<double> focalGains;
   bool update = false, json = false;
 };
@@ -65,6 +66,8 @@ void printFocal(const FocalReplay& replay) {
 int replayFocalLength(const ReplayArguments& arguments, const Sequence& sequence,
                       const ObservationOptions& options) {
   if (!arguments.baseline.empty()) refuseOption("--baseline", "is for --observe depth");
+  if (!arguments.files.mcap.empty()) refuseOption("--mcap", "is for --observe depth");
+  if (!arguments.files.tum.empty()) refuseOption("--tum", "is for --observe depth");
   FocalReplayOptions focal;
   focal.replay = options;
   if (!arguments.data.observation.prior.empty()) focal.Z = options.depth.initial;
@@ -131,7 +134,9 @@ int replayCommands(const ReplayArguments& arguments, const Sequence& sequence,
   {
     RunProgress progress("replay " + sequence.name(), sequence.frames().front().time_s,
                          sequence.frames().back().time_s);
-    replay = replayLaw(sequence, options, law, &progress);
+    RunRecorder recorder(arguments.files, &progress);
+    replay = replayLaw(sequence, options, law, &recorder);
+    recorder.finish(replay.log);
   }
   const std::vector<std::string>& names = replay.log.commandNames;
   if (!arguments.out.empty()) writeRunFolder(replay.log, arguments.out);
@@ -176,7 +181,9 @@ int replaySequence(const ReplayArguments& arguments) {
   {
     RunProgress progress("replay " + sequence.name(), sequence.frames().front().time_s,
                          sequence.frames().back().time_s);
-    log = replay(sequence, options, &progress);
+    RunRecorder recorder(arguments.files, &progress);
+    log = replay(sequence, options, &recorder);
+    recorder.finish(log);
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   for (const std::string& warning : sequence.warnings()) fmt::print(stderr, "note: {}\n", warning);
@@ -220,6 +227,7 @@ void addReplay(CLI::App& app, int& exitCode) {
   command->add_flag("--json", a->json, "Print the result as one JSON object on stdout");
   command->add_option("--out", a->out, "Write a run folder with report.html; must not exist")
       ->type_name("DIR");
+  addRecordingOptions(*command, a->files);
   command->callback([a, &exitCode] { exitCode = replaySequence(*a); });
 }
 

@@ -12,6 +12,7 @@
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/text/InputError.h"
 #include "findings.h"
+#include "observation.h"
 #include "scenarioFile.h"
 
 namespace depthservo {
@@ -21,6 +22,7 @@ struct RunArguments {
   std::string scenario;
   std::vector<std::string> overrides;
   std::string out;
+  RecordingFiles files;
   bool json = false, view = false;
 };
 
@@ -72,7 +74,9 @@ int runScenario(const RunArguments& arguments) {
   RunLog log;
   {
     Audience audience(scenario, std::move(view));
-    log = run(scenario, &audience);
+    RunRecorder recorder(arguments.files, &audience);
+    log = run(scenario, &recorder);
+    recorder.finish(log);
   }
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   const Metrics metrics = computeMetrics(log);
@@ -103,6 +107,7 @@ void addRun(CLI::App& app, int& exitCode) {
   command
       ->add_option("--out", arguments->out, "Write a run folder with report.html; must not exist")
       ->type_name("DIR");
+  addRecordingOptions(*command, arguments->files);
   command->add_flag("--json", arguments->json, "Print the result as one JSON object on stdout");
   command->add_flag("--view", arguments->view, "Show the image with overlay while it runs");
   command->callback([arguments, &exitCode] { exitCode = runScenario(*arguments); });

@@ -17,6 +17,7 @@
 #include "depthservo/scenario/RobotFile.h"
 #include "depthservo/scenario/observationOf.h"
 #include "depthservo/scenario/recordedLaw.h"
+#include "depthservo/sequence/TwistStream.h"
 #include "depthservo/servo/RobotRig.h"
 #include "depthservo/servo/ServoLoop.h"
 #include "depthservo/servo/TaughtGoal.h"
@@ -29,6 +30,7 @@ namespace {
 
 struct ServoArguments {
   std::string source, goal, robot, twist, command, law, record, out;
+  RecordingFiles files;
   VideoOptions video;
   ObservationArguments observation;
   RobotRigOptions rig;
@@ -231,6 +233,7 @@ int servoRobot(ServoArguments& a) {
   if (!a.out.empty()) requireNewRunFolder(a.out);
   std::unique_ptr<SequenceRecorder> recorder;  // first: it takes signals to itself
   if (!a.record.empty()) recorder = std::make_unique<SequenceRecorder>(a.record);
+  RunRecorder files(a.files, recorder.get());
   const std::atomic<bool>& stop = stopOnInterruption();
   a.video.width = taught.camera.width;
   a.video.height = taught.camera.height;
@@ -255,7 +258,7 @@ int servoRobot(ServoArguments& a) {
   ServoLoop loop(rig, camera.options(), robot.control, servoGoal);
   const bool keepsLaw = canBeReplayed(robot.control, robot.robot.type);
   if (recorder && keepsLaw) recorder->keepCommands();
-  ServoWatcher watcher(rig, images, std::move(view), recorder.get());
+  ServoWatcher watcher(rig, images, std::move(view), &files);
   RunLog log = loop.run(&watcher);
   rig.finish();
   log.command = "servo";
@@ -271,6 +274,7 @@ int servoRobot(ServoArguments& a) {
     if (keepsLaw) addLaw(settings, robot, servoGoal);
     recorder->finish(settings);
   }
+  files.finish(log);
   if (!a.out.empty()) writeRunFolder(log, a.out);
   tell(a, log, rig, images, watcher.leftOutAtStart(), exitCode);
   return exitCode;
@@ -345,6 +349,7 @@ void addServo(CLI::App& app, int& exitCode) {
       ->type_name("DIR");
   command->add_option("--out", a->out, "Write a run folder with report.html; must not exist")
       ->type_name("DIR");
+  addRecordingOptions(*command, a->files);
   command->add_flag("--view", a->hasView, "Show the image with overlay");
   command->add_flag("--json", a->json, "Print the result as one JSON object on stdout");
   addTimingOptions(*command, *a);

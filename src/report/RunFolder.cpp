@@ -14,6 +14,7 @@
 #include "depthservo/text/NewFolder.h"
 #include "report/Plots.h"
 #include "report/RunFiles.h"
+#include "report/reportable.h"
 #include "sequence/GrayImage.h"
 
 namespace depthservo {
@@ -48,16 +49,6 @@ void writeFrames(const RunLog& log, const fs::path& file) {
     csv.write(row + '\n');
   }
   csv.close();
-}
-
-/// What may be written: an estimate without a usable depth says that nothing is known.
-DepthEstimate reportable(const DepthEstimate& estimate) {
-  const bool isUsable = estimate.chi > 0 && std::isfinite(estimate.Z()) &&
-                        std::isfinite(estimate.sigma_Z()) && estimate.sigma_chi >= 0;
-  if (isUsable) return estimate;
-  DepthEstimate nothing;
-  nothing.status = DepthStatus::lost;
-  return nothing;
 }
 
 void writeFeatures(const RunLog& log, const fs::path& file) {

@@ -20,7 +20,7 @@ constexpr std::size_t kOdometryRows = 16384;
 constexpr std::size_t kMostFaultsTold = 20;
 
 /// Rows of a file hold; what comes while it happens tells what has been.
-ObservedSource sourceOf(const LiveOptions& options, const TwistStream* twists) {
+ObservedSource sourceOf(const LiveOptions& options, const TwistSource* twists) {
   ObservedSource source{options.name, options.targetFile, options.camera, options.target};
   source.frameRate = source.fastestRate = options.rate;
   source.odometryRows = kOdometryRows;
@@ -90,7 +90,7 @@ class UsableImages {
 }  // namespace
 
 struct LiveRig::Parts {
-  Parts(const LiveOptions& o, ImageSource& i, TwistStream* t)
+  Parts(const LiveOptions& o, ImageSource& i, TwistSource* t)
       : options(o), images(i), usable(i, o), twists(t), source(sourceOf(o, t)) {}
 
   void take(double wait_s) {
@@ -126,7 +126,7 @@ struct LiveRig::Parts {
   LiveOptions options;
   ImageSource& images;
   UsableImages usable;
-  TwistStream* twists;
+  TwistSource* twists;
   ObservedSource source;
   RowQueue waiting;
   std::vector<OdometryRow> rows;
@@ -138,7 +138,7 @@ struct LiveRig::Parts {
   std::size_t faultsTold = 0;
 };
 
-LiveRig::LiveRig(const LiveOptions& options, ImageSource& images, TwistStream* twists)
+LiveRig::LiveRig(const LiveOptions& options, ImageSource& images, TwistSource* twists)
     : parts_(std::make_unique<Parts>(options, images, twists)) {
   ObservationOptions& observation = parts_->options.observation;
   observation = withTracker(parts_->source, observation);
@@ -166,7 +166,7 @@ bool LiveRig::hasOdometry() {
 
 double LiveRig::newestTwist_s() const { return parts_->newestTwist_s; }
 
-const TwistStream::Counts* LiveRig::twists() const {
+const TwistSource::Counts* LiveRig::twists() const {
   return parts_->twists ? &parts_->twists->counts() : nullptr;
 }
 
@@ -232,7 +232,7 @@ void LiveRig::readOdometry(MotionBuffer& odometry, double time_s) {
 
 std::string LiveRig::whyEnded() const {
   std::string reason = parts_->reason;
-  if (const TwistStream::Counts* c = twists()) {
+  if (const TwistSource::Counts* c = twists()) {
     reason += fmt::format("; twists: {} rows, refused {} malformed, {} torn, {} not later", c->rows,
                           c->malformed, c->torn, c->notLater);
     if (parts_->impossible > 0) reason += fmt::format(", {} too fast", parts_->impossible);
@@ -240,7 +240,7 @@ std::string LiveRig::whyEnded() const {
   return reason;
 }
 
-RunLog live(const LiveOptions& options, ImageSource& images, TwistStream* twists,
+RunLog live(const LiveOptions& options, ImageSource& images, TwistSource* twists,
             RunWatcher* watcher) {
   LiveRig rig(options, images, twists);
   Observer observer(rig.source(), rig.options());

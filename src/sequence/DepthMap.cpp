@@ -34,8 +34,9 @@ std::optional<double> DepthMap::at(double u, double v) const {
       most = std::max<int>(most, level(i, j));
     }
   }
-  constexpr int kRounding = 2;  // gray levels
-  if (least == 0 || most - least > kRounding + kMostSpread * least) return std::nullopt;
+  constexpr int kRounding = 2, kUnknown = 65535;  // gray levels; 7-Scenes has it for unknown
+  if (least == 0 || most == kUnknown || most - least > kRounding + kMostSpread * least)
+    return std::nullopt;
   const double a = u - left, b = v - top;
   const double chi = (1 - a) * (1 - b) / level(left, top) + a * (1 - b) / level(left + 1, top) +
                      (1 - a) * b / level(left, top + 1) + a * b / level(left + 1, top + 1);

@@ -18,6 +18,7 @@
 #include "sequence/associate.h"
 #include "sequence/cameraFiles.h"
 #include "sequence/dataSets.h"
+#include "sequence/frameFolder.h"
 #include "sequence/rowMeanings.h"
 #include "text/StrictYaml.h"
 #include "text/TextTable.h"
@@ -34,6 +35,25 @@ constexpr Range kPixels{-1e6, 1e6};              // px
 constexpr Range kDepths = Range::above(0, 1e6);  // m
 constexpr Range kSpeeds{-1e3, 1e3};              // m/s or rad/s
 constexpr Range kRates = Range::above(0, 1e5);   // Hz
+
+/// "xyz" [m] and "quaternion" [qx, qy, qz, qw]; the identity where they are missing.
+Eigen::Isometry3d poseIn(const StrictMapping& read) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  if (read.has("xyz")) {
+    const std::vector<double> p = read.numbers("xyz", 3, {-100, 100}, "m");
+    pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
+  }
+  if (read.has("quaternion")) {
+    const std::vector<double> q = read.numbers("quaternion", 4, {-1.1, 1.1}, "");
+    const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+    if (!(std::abs(rotation.norm() - 1) < 0.02)) {
+      read.fail("quaternion",
+                fmt::format("[qx, qy, qz, qw] has the norm {}, expected 1", rotation.norm()));
+    }
+    pose.linear() = rotation.normalized().toRotationMatrix();
+  }
+  return pose;
+}
 
 /// "tags" of a target: family, and a list of {id, size, xyz, quaternion}.
 AprilTagTarget readTags(const StrictMapping& target) {
@@ -54,19 +74,7 @@ AprilTagTarget readTags(const StrictMapping& target) {
     tag.id = static_cast<int>(read.integer("id", {0, count - 1.0}, ""));
     if (!ids.insert(tag.id).second) read.fail("id", fmt::format("tag {} is there twice", tag.id));
     if (read.has("size")) tag.size = read.number("size", Range::above(0, 10), "m");
-    if (read.has("xyz")) {
-      const std::vector<double> p = read.numbers("xyz", 3, {-100, 100}, "m");
-      tag.oMt.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
-    }
-    if (read.has("quaternion")) {
-      const std::vector<double> q = read.numbers("quaternion", 4, {-1.1, 1.1}, "");
-      const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
-      if (!(std::abs(rotation.norm() - 1) < 0.02)) {
-        read.fail("quaternion",
-                  fmt::format("[qx, qy, qz, qw] has the norm {}, expected 1", rotation.norm()));
-      }
-      tag.oMt.linear() = rotation.normalized().toRotationMatrix();
-    }
+    tag.oMt = poseIn(read);
     tags.tags.push_back(tag);
   }
   if (tags.tags.empty()) target.fail("tags", "expected at least 1 tag");
@@ -87,9 +95,19 @@ std::vector<double> timesOf(const std::vector<Timed>& list) {
 }
 
 const std::vector<std::string>& settingsKeys() {
-  static const std::vector<std::string> keys = {"name",   "depth_scale", "rows",   "target", "dots",
-                                                "images", "image_bits",  "taught", "replay"};
+  static const std::vector<std::string> keys = {"name",   "depth_scale", "rows",       "target",
+                                                "dots",   "images",      "image_bits", "taught",
+                                                "replay", "hand_eye"};
   return keys;
+}
+
+/// Pose of the camera on the hand of an arm, whose poses the ground truth has; the identity: they
+/// are the camera's own.
+Eigen::Isometry3d handEyeIn(const std::string& file) {
+  const detail::YamlValue root = detail::loadYaml(file);
+  const StrictMapping settings(root, file, "", settingsKeys());
+  if (!settings.has("hand_eye")) return Eigen::Isometry3d::Identity();
+  return poseIn(settings.mapping("hand_eye", {"xyz", "quaternion"}));
 }
 
 SequenceTarget targetOf(const StrictMapping& settings) {
@@ -218,18 +236,24 @@ void Sequence::readFolder(const SequenceOptions& options) {
   if (!normal.has_filename()) normal = normal.parent_path();
   name_ = normal.filename().string();
 
-  const std::string settings = inFolder("sequence.yaml"), list = inFolder("rgb.txt"),
+  const std::string settings = inFolder("sequence.yaml"),
+                    list = inFolder(exists(inFolder("rgb.txt")) ? "rgb.txt" : "images.txt"),
                     tracks = inFolder("tracks.csv"), truth = inFolder("truth.csv"),
                     depth = inFolder("depth.txt");
+  const bool hasFrames = detail::isFrameFolder(folder_);
+  if (hasFrames) depthScale_ = detail::kFrameFolderScale;
   if (exists(settings)) readSettings(settings, options);
   if (!options.target.empty()) useTarget(readTarget(options.target));
+  const std::string listName = fs::path(list).filename().string();
   detail::DataSet set;
   if (exists(list)) {
     if (hasImages_) {
-      throw InputError({settings, 0, "images"}, "the folder has rgb.txt as well; remove one");
+      throw InputError({settings, 0, "images"},
+                       fmt::format("the folder has {} as well; remove one", listName));
     }
     if (options.fps > 0) {
-      throw InputError({list, 0, "--fps"}, "is for folders of numbered images; rgb.txt has times");
+      throw InputError({list, 0, "--fps"},
+                       "is for folders of numbered images; " + listName + " has times");
     }
     useImages(readImageList(list));
   } else if (const auto mav0 = detail::eurocFolder(folder_); mav0 && !hasImages_) {
@@ -240,6 +264,9 @@ void Sequence::readFolder(const SequenceOptions& options) {
     useImages(set.images);
   } else if (detail::isAssociated(folder_) && !hasImages_) {
     set = detail::readAssociated(folder_, options.fps);
+    useImages(set.images);
+  } else if (!hasImages_ && hasFrames) {
+    set = detail::readFrameFolder(folder_, options.fps);
     useImages(set.images);
   } else if (!hasImages_ && !exists(tracks)) {
     useImages(detail::plainImageFolder(folder_, options.fps));
@@ -269,6 +296,12 @@ void Sequence::readFolder(const SequenceOptions& options) {
     poses_ = detail::readPoses(
         inFolder("groundtruth.txt"),
         isDownloaded ? detail::UnusablePoses::skip : detail::UnusablePoses::refuse, 1, warnings_);
+  } else if (poses_.empty() && exists(inFolder("poses.txt"))) {
+    poses_ = detail::readPoseMatrices(inFolder("poses.txt"), frames_);
+  }
+  if (exists(settings)) {
+    const Eigen::Isometry3d handFromCamera = handEyeIn(settings);
+    for (CameraPose& pose : poses_) pose.wMc = pose.wMc * handFromCamera;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "sequence/vispCamera.h"
 #include "text/StrictYaml.h"
 
 namespace depthservo::detail {
@@ -202,6 +203,7 @@ std::vector<std::string> cameraPresetNames() {
 }
 
 CameraFile readCamera(const std::string& path) {
+  if (isXml(path)) return {readVispCamera(path), std::nullopt};
   YamlValue root = loadYaml(path);
   return root.find("T_BS") || root.find("intrinsics") ? readEurocCamera(root, path)
                                                       : readCameraInfo(root, path);

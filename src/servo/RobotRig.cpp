@@ -67,7 +67,9 @@ struct RobotRig::Parts {
       : options(o),
         camera(c),
         model(makeRobot(o.robot, o.robot.initial)),
-        writer(o.command, model->velocityNames()),
+        writer(o.sink ? nullptr
+                      : std::make_unique<CommandWriter>(o.command, model->velocityNames())),
+        sink(o.sink ? *o.sink : *writer),
         safety(limitsOf(o.robot), o.safety),
         wanted(Velocities::Zero(model->velocity().size())) {}
 
@@ -89,7 +91,8 @@ struct RobotRig::Parts {
   RobotRigOptions options;
   LiveRig& camera;
   std::unique_ptr<SimulatedRobot> model;
-  CommandWriter writer;
+  std::unique_ptr<CommandWriter> writer;  // null: somebody else has one
+  CommandSink& sink;
   ImageCheck check;
   bool hasOdometry = false;  // before it comes images are of no use
   std::string reason;        // why the images have ended
@@ -366,7 +369,7 @@ SafetyInput RobotRig::Parts::inputs() const {
   if (!std::isnan(busySince_s) && !options.isLockstep) {
     input.busyFor_s = steadyTime_s() - busySince_s;
   }
-  input.unreadFor_s = writer.unread() / options.rate;
+  input.unreadFor_s = sink.unread() / options.rate;
   return input;
 }
 
@@ -385,7 +388,7 @@ void RobotRig::Parts::write() {
   row.ttl_s = options.ttl;
   row.image_s = wantedImage_s;
   row.velocities = safety.command();
-  const bool isWritten = writer.write(row);
+  const bool isWritten = sink.write(row);
   ++(isWritten ? counts.commands : counts.unwritten);
 }
 

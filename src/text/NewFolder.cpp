@@ -89,16 +89,55 @@ void requireNewFile(const std::string& file) {
   }
 }
 
-void makeFile(const std::string& file, const std::function<bool(const std::string&)>& fill) {
-  requireNewFile(file);
-  const std::string temporary = fmt::format("{}.{}.part", file, getpid());
+namespace {
+
+std::string temporaryName(const std::string& file) {
+  return fmt::format("{}.{}.part", file, getpid());
+}
+
+/// Gives a file its name, which nothing must have. \throw InputError
+void appear(const std::string& temporary, const std::string& file) {
   std::error_code error, ignored;
-  const bool isFilled = fill(temporary);
-  if (isFilled) fs::create_hard_link(temporary, file, error);
+  fs::create_hard_link(temporary, file, error);
   const bool hasNoLinks = error && error != std::errc::file_exists;  // on this file system
   if (hasNoLinks) fs::rename(temporary, file, error);
   fs::remove(temporary, ignored);
-  if (!isFilled || error) throw InputError({file, 0, ""}, "cannot be written, or exists already");
+  if (error) throw InputError({file, 0, ""}, "cannot be written, or exists already");
+}
+
+}  // namespace
+
+NewFile::NewFile(std::string file) : file_(std::move(file)), temporary_(temporaryName(file_)) {
+  requireNewFile(file_);
+  stream_.open(temporary_, std::ios::binary);
+}
+
+NewFile::~NewFile() {
+  std::error_code ignored;
+  stream_.close();
+  fs::remove(temporary_, ignored);
+}
+
+void NewFile::write(std::string_view bytes) {
+  watch_.stopIfInterrupted();
+  stream_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  size_ += bytes.size();
+}
+
+void NewFile::keep() {
+  stream_.close();
+  if (!stream_) throw InputError({file_, 0, ""}, "cannot be written");
+  watch_.stopIfInterrupted();
+  appear(temporary_, file_);
+}
+
+void makeFile(const std::string& file, const std::function<bool(const std::string&)>& fill) {
+  requireNewFile(file);
+  const std::string temporary = temporaryName(file);
+  if (fill(temporary)) return appear(temporary, file);
+  std::error_code ignored;
+  fs::remove(temporary, ignored);
+  throw InputError({file, 0, ""}, "cannot be written, or exists already");
 }
 
 void makeFile(const std::string& file, const std::string& text) {

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "depthservo/rig/LiveRig.h"
+#include "depthservo/sequence/TwistStream.h"
 #include "depthservo/simulation/SyntheticCamera.h"
 #include "support/InputErrors.h"
 #include "support/TemporaryFolder.h"

@@ -6,7 +6,7 @@
 
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/rig/observe.h"
-#include "depthservo/sequence/TwistStream.h"
+#include "depthservo/sequence/TwistSource.h"
 #include "depthservo/sequence/VideoSource.h"
 
 namespace depthservo {
@@ -38,7 +38,7 @@ class LiveRig : public Rig {
  public:
   /// \param twists null: the motion is that of the target, which needs four points. Both outlive
   /// the rig. \throw InputError no motion
-  LiveRig(const LiveOptions& options, ImageSource& images, TwistStream* twists);
+  LiveRig(const LiveOptions& options, ImageSource& images, TwistSource* twists);
   ~LiveRig() override;
 
   /// What to observe with: the motion chosen.
@@ -62,7 +62,7 @@ class LiveRig : public Rig {
   double newestTwist_s() const;
 
   /// None when the target tells the motion.
-  const TwistStream::Counts* twists() const;
+  const TwistSource::Counts* twists() const;
 
  private:
   struct Parts;
@@ -72,7 +72,7 @@ class LiveRig : public Rig {
 /// Observes depth while images come. \param watcher may be null \throw InputError there is nothing
 /// to track, no motion, not what the estimator needs, no image at all, or one of another size than
 /// the camera's
-RunLog live(const LiveOptions& options, ImageSource& images, TwistStream* twists,
+RunLog live(const LiveOptions& options, ImageSource& images, TwistSource* twists,
             RunWatcher* watcher = nullptr);
 
 }  // namespace depthservo

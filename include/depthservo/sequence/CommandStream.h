@@ -35,20 +35,30 @@ class LineStream;
 class PipeWriter;
 }  // namespace detail
 
-/// Commands to a robot.
-class CommandWriter {
+/// Where the commands to a robot go.
+class CommandSink {
+ public:
+  virtual ~CommandSink() = default;
+
+  /// At once and without waiting. False: it was not written, since nobody reads, or too slowly.
+  virtual bool write(CommandRow row) noexcept = 0;
+
+  /// Commands that nobody has taken yet, about; 0 where that cannot be known.
+  virtual double unread() const { return 0; }
+};
+
+/// Commands in a pipe, a file or a socket.
+class CommandWriter : public CommandSink {
  public:
   /// \param path a named pipe (made where there is none), a file, "-" for standard output, or
   /// udp:ADDRESS:PORT \throw InputError
   CommandWriter(const std::string& path, const std::vector<std::string>& velocityNames);
-  ~CommandWriter();
+  ~CommandWriter() override;
 
-  /// Numbers the row and writes it, at once and without waiting. False: it was not written, since
-  /// nobody reads, or too slowly. Never throws.
-  bool write(CommandRow row) noexcept;
+  /// Numbers the row first.
+  bool write(CommandRow row) noexcept override;
 
-  /// Commands in the pipe that nobody has taken yet, about.
-  double unread() const;
+  double unread() const override;
   std::uint64_t written() const { return sequence_; }
 
  private:

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "depthservo/motion/OdometryRow.h"
+#include "depthservo/sequence/TwistSource.h"
 
 namespace depthservo {
 
@@ -21,40 +21,29 @@ class LineStream;
 /// Nobody can make it wait longer than it is told to: a pipe without a writer, one that is silent,
 /// or one that never ends. A line that is not seven finite numbers, one that its writer left
 /// without an end, and one that is not later than the row before are counted and left out.
-class TwistStream {
+class TwistStream : public TwistSource {
  public:
   /// \param path a named pipe, a file, "-" for standard input, or udp:ADDRESS:PORT to listen at
   /// \throw InputError
   explicit TwistStream(const std::string& path);
-  ~TwistStream();
+  ~TwistStream() override;
   TwistStream(const TwistStream&) = delete;
   TwistStream& operator=(const TwistStream&) = delete;
 
-  /// The rows that have arrived since the last call; waits up to `wait_s` for the first bytes of
-  /// them, less when a signal comes. At most a megabyte at a time. Never throws.
-  std::vector<OdometryRow> read(double wait_s);
+  /// At most a megabyte at a time.
+  std::vector<OdometryRow> read(double wait_s) override;
 
-  /// Whether no more can be expected now: the end of a file, or a pipe that nobody writes to any
-  /// more. (A pipe may get a new writer.)
-  bool isEnded() const;
+  /// At the end of a file, or of a pipe that nobody writes to any more. (It may get a new writer.)
+  bool isEnded() const override;
 
   /// Whether it is a file on disk, no pipe and no socket.
-  bool isFile() const;
+  bool isFile() const override;
 
-  /// Whether a signal cut the last wait short.
-  bool wasInterrupted() const;
+  bool wasInterrupted() const override;
 
-  struct Counts {
-    std::size_t rows = 0;       ///< taken
-    std::size_t malformed = 0;  ///< lines that are not seven finite numbers in range
-    std::size_t torn = 0;       ///< lines whose writer went away before their end
-    std::size_t notLater = 0;   ///< rows not after the one before
-    std::size_t refused() const { return malformed + torn + notLater; }
-  };
-  const Counts& counts() const { return counts_; }
+  const Counts& counts() const override { return counts_; }
 
-  /// Why lines were refused since the last call, a sentence each; at most the first ten.
-  std::vector<std::string> takeFaults() { return std::exchange(faults_, {}); }
+  std::vector<std::string> takeFaults() override { return std::exchange(faults_, {}); }
 
  private:
   void takeLine(std::string_view line, std::vector<OdometryRow>& rows);

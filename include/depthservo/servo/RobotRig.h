@@ -15,7 +15,8 @@
 namespace depthservo {
 
 struct RobotRigOptions {
-  std::string command;  ///< where commands go: see CommandWriter
+  std::string command;          ///< where commands go: see CommandWriter
+  CommandSink* sink = nullptr;  ///< where they go instead; outlives the rig
   RobotOptions robot;
   SafetyOptions safety;
   double rate = 50;    ///< commands per second between images [Hz]

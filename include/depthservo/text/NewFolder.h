@@ -1,8 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
+#include <string_view>
+
+#include "depthservo/text/InterruptWatch.h"
 
 namespace depthservo {
 
@@ -19,6 +23,30 @@ void makeFolder(const std::filesystem::path& folder,
 
 /// The same for a file. \throw InputError
 void requireNewFile(const std::string& file);
+
+/// A file that is written bit by bit, whole or not at all and never over another one: until it is
+/// kept it has another name, and without that it is gone again.
+class NewFile {
+ public:
+  /// \throw InputError see requireNewFile
+  explicit NewFile(std::string file);
+  ~NewFile();
+  NewFile(const NewFile&) = delete;
+  NewFile& operator=(const NewFile&) = delete;
+
+  /// \throw Interrupted by Ctrl-C or a plain kill
+  void write(std::string_view bytes);
+  std::size_t size() const { return size_; }  ///< written so far [byte]
+
+  /// Makes it appear. \throw InputError not all could be written, or there is such a file by now
+  void keep();
+
+ private:
+  InterruptWatch watch_;
+  std::string file_, temporary_;
+  std::ofstream stream_;
+  std::size_t size_ = 0;
+};
 
 /// Writes a file, whole or not at all, and never over another one. \param fill writes the file
 /// whose name it is given; false: it could not be written \throw InputError
