@@ -15,6 +15,8 @@ find_package(yaml-cpp 0.7 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(fmt 9 REQUIRED)
 find_package(apriltag 3.2 REQUIRED)
+find_package(TBB REQUIRED)
+find_package(SQLite3 3.35 REQUIRED)
 
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo-pdf)

@@ -9,6 +9,7 @@ foreach(room visp motion camera depth pose features robots target text tracking 
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/depthservo)
 endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scenarios ${PROJECT_SOURCE_DIR}/data/servo
+                  ${PROJECT_SOURCE_DIR}/data/sweeps
         DESTINATION ${CMAKE_INSTALL_DATADIR}/depthservo)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CHANGELOG.md TYPE DOC)
 

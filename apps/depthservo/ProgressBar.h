@@ -12,13 +12,14 @@ class ProgressBar {
   explicit ProgressBar(std::string label);
   ~ProgressBar();
 
-  /// \param fraction 0..1
-  void show(double fraction);
+  /// \param fraction 0..1 \param words behind it
+  void show(double fraction, const std::string& words = "");
 
  private:
   std::string label_;
   bool isTerminal_;
   int shown_percent_ = -1;
+  std::size_t words_ = 0;  // width of the widest
 };
 
 /// How far a run is, by the time of its images.

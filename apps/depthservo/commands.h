@@ -21,12 +21,15 @@ void addTeach(CLI::App& app, int& exitCode);
 void addServo(CLI::App& app, int& exitCode);
 void addRobot(CLI::App& app, int& exitCode);
 void addCalibrate(CLI::App& app, int& exitCode);
+void addSweep(CLI::App& app, int& exitCode);
+void addMerge(CLI::App& app, int& exitCode);
 void addKeys(CLI::App& app, int& exitCode);
 void addInfo(CLI::App& app, int& exitCode);
 
 /// In the order of --help.
 constexpr void (*kSubcommands[])(CLI::App&, int&) = {
     addRun,   addReplay, addRecord, addReport, addCompare, addReproduce, addGains, addLive,
-    addTeach, addServo,  addRobot,  addTarget, addNoise,   addCalibrate, addInfo,  addKeys};
+    addTeach, addServo,  addRobot,  addTarget, addNoise,   addCalibrate, addInfo,  addSweep,
+    addMerge, addKeys};
 
 }  // namespace depthservo

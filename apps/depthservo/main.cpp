@@ -26,6 +26,8 @@ Examples:
   depthservo compare my-sequence --out my-comparison                all estimators on the same data
   depthservo report my-run                                          make report.html anew
   depthservo report my-run other-run                                one page of both, side by side
+  depthservo sweep guess-by-start --out my-sweep                    many runs: success maps, my-sweep/report.html
+  depthservo run --of my-sweep --row 17 --out that-run              one of them again, with its report
   depthservo reproduce all                                          papers' simulations, theirs vs ours
   depthservo live --source 0 --camera camera.yaml --target target.yaml --twist twists.fifo
   depthservo teach --source 0 --camera camera.yaml --target target.yaml --out my-goal

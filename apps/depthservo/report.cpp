@@ -7,6 +7,7 @@
 #include <string>
 
 #include "commands.h"
+#include "depthservo/experiments/SweepFolder.h"
 
 namespace depthservo {
 namespace {
@@ -21,12 +22,12 @@ std::string nameOf(const std::filesystem::path& folder) {
 
 void addReport(CLI::App& app, int&) {
   CLI::App* command = app.add_subcommand(
-      "report", "Make report.html of a run folder anew, or one page of two runs side by side");
+      "report", "Make report.html of a run or a sweep anew, or one page of two runs side by side");
   struct Arguments {
     std::string run, other, out;
   };
   auto a = std::make_shared<Arguments>();
-  command->add_option("RUN_DIR", a->run, "Folder written by run, replay, live or servo")
+  command->add_option("RUN_DIR", a->run, "Folder written by run, replay, live, servo or sweep")
       ->required();
   auto* other = command->add_option("OTHER", a->other, "Another run, to be laid beside it");
   command->add_option("--out", a->out, "Page of both; must not exist; default: both names in one")
@@ -34,7 +35,7 @@ void addReport(CLI::App& app, int&) {
       ->needs(other);
   command->callback([a] {
     if (a->other.empty()) {
-      writeReport(a->run);
+      SweepFolder::isOne(a->run) ? writeSweepReport(a->run, false) : writeReport(a->run);
       a->out = (std::filesystem::path(a->run) / "report.html").string();
     } else {
       if (a->out.empty()) a->out = nameOf(a->run) + "-beside-" + nameOf(a->other) + ".html";

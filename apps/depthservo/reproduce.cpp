@@ -9,6 +9,7 @@
 
 #include "ProgressBar.h"
 #include "commands.h"
+#include "depthservo/text/NewFolder.h"
 #include "observation.h"
 
 namespace depthservo {
@@ -35,10 +36,10 @@ std::vector<Paper> papersNamed(const std::string& name) {
   return chosen;
 }
 
-void printTable(const std::vector<ReproduceRow>& rows) {
+void printTable(const std::vector<JudgedClaim>& rows) {
   fmt::print("{:4} {:<44} {:>12} {:>12} {:<8} {:<12} {}\n", "", "figure", "expected", "ours",
              "unit", "within", "claim");
-  for (const ReproduceRow& row : rows) {
+  for (const JudgedClaim& row : rows) {
     fmt::print("{:4} {:<44} {:>12.6g} {:>12.6g} {:<8} {:<12} {}\n", row.pass ? "ok" : "FAIL",
                row.id, row.expected, row.ours, row.unit, row.tolerance, row.claim);
     if (!row.reproduces) fmt::print("     does not reproduce: {}\n", row.note);
@@ -54,7 +55,7 @@ int reproduce(const ReproduceArguments& arguments) {
                                  std::cref(arguments.options)));
   }
   std::vector<ReproducedPaper> reproduced;
-  std::vector<ReproduceRow> rows;
+  std::vector<JudgedClaim> rows;
   for (const Paper& paper : chosen) {
     ProgressBar bar(fmt::format("reproduce {}", paper.name));
     bar.show(static_cast<double>(reproduced.size()) / static_cast<double>(chosen.size()));

@@ -1,6 +1,7 @@
 #include "depthservo/scenario/run.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <memory>
 
@@ -8,6 +9,7 @@
 #include "TagLines.h"
 #include "View.h"
 #include "commands.h"
+#include "depthservo/experiments/SweepFolder.h"
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/text/InputError.h"
@@ -19,7 +21,8 @@ namespace depthservo {
 namespace {
 
 struct RunArguments {
-  std::string scenario;
+  std::string scenario, sweep;
+  std::size_t row = 0;
   std::vector<std::string> overrides;
   std::string out;
   RecordingFiles files;
@@ -66,8 +69,33 @@ int exitCodeOf(const Scenario& scenario, Outcome outcome) {
   return outcome == Outcome::converged || outcome == Outcome::timeout ? kMet : kOtherOutcome;
 }
 
+/// That of a row of a sweep; says what the sweep has of it.
+Scenario scenarioOfRow(const RunArguments& arguments) {
+  const SweepFolder folder = SweepFolder::open(arguments.sweep);
+  const Sweep& sweep = folder.sweep();
+  if (arguments.row >= sweep.size()) {
+    throw InputError({"--row", 0, ""}, fmt::format("{} has rows 0 to {}", arguments.sweep, sweep.size() - 1));
+  }
+  const Sweep::Row row = sweep.row(arguments.row);
+  fmt::print(stderr, "row {} of {}: {}\n", arguments.row, sweep.options().name,
+             fmt::join(row.settings, " "));
+  for (const SweepResult& result : folder.results()) {
+    if (result.row != arguments.row) continue;
+    fmt::print(stderr, "in the sweep: {}: {}\n", result.outcome, result.reason);
+  }
+  return sweep.scenario(row, arguments.overrides);
+}
+
+Scenario scenarioOf(const RunArguments& arguments) {
+  if (arguments.scenario.empty() == arguments.sweep.empty()) {
+    throw InputError({"run", 0, ""}, "needs a SCENARIO, or --of SWEEP_DIR with --row N");
+  }
+  if (!arguments.sweep.empty()) return scenarioOfRow(arguments);
+  return Scenario::load(scenarioFile(arguments.scenario), arguments.overrides);
+}
+
 int runScenario(const RunArguments& arguments) {
-  const Scenario scenario = Scenario::load(scenarioFile(arguments.scenario), arguments.overrides);
+  const Scenario scenario = scenarioOf(arguments);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);
   auto view = arguments.view ? viewOf(scenario) : nullptr;
 
@@ -98,7 +126,13 @@ int runScenario(const RunArguments& arguments) {
 void addRun(CLI::App& app, int& exitCode) {
   CLI::App* command = app.add_subcommand("run", "Servo a simulated robot to its goal");
   auto arguments = std::make_shared<RunArguments>();
-  command->add_option("SCENARIO", arguments->scenario, kScenarioHelp)->required();
+  command->add_option("SCENARIO", arguments->scenario, kScenarioHelp);
+  auto* row = command->add_option("--row", arguments->row, "Number of the run in the sweep, from 0")
+                  ->type_name("N");
+  auto* of = command->add_option("--of", arguments->sweep, "Repeat a run of this sweep")
+                 ->type_name("SWEEP_DIR")
+                 ->needs(row);
+  row->needs(of);
   command
       ->add_option("--set", arguments->overrides,
                    "Override a key of the scenario, e.g. depth.initial=8; may be repeated")

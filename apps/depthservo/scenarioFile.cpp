@@ -17,18 +17,18 @@ bool isFolder(const fs::path& path) {
   return fs::is_directory(path, error);
 }
 
-/// Where the scenarios are: beside an installed tool, else in the source tree it was built in or
+/// Where they are: beside an installed tool, else in the source tree it was built in or
 /// that it is called in. Empty: nowhere.
-fs::path shippedFolder() {
+fs::path shippedFolder(const std::string& kind) {
   std::error_code error;
   const fs::path tool = fs::read_symlink("/proc/self/exe", error);
-  const fs::path installed = tool.parent_path().parent_path() / "share/depthservo/scenarios";
+  const fs::path installed = tool.parent_path().parent_path() / "share/depthservo" / kind;
   if (isFolder(installed)) return installed;
   std::vector<fs::path> trees;
   for (fs::path at = tool; at.has_relative_path();) trees.push_back(at = at.parent_path());
   trees.push_back(fs::current_path(error));
   for (const fs::path& tree : trees) {
-    if (isFolder(tree / "data/scenarios")) return tree / "data/scenarios";
+    if (isFolder(tree / "data" / kind)) return tree / "data" / kind;
   }
   return {};
 }
@@ -47,10 +47,13 @@ std::vector<std::string> namesIn(const fs::path& folder) {
 
 }  // namespace
 
-std::string scenarioFile(const std::string& name) {
+std::string scenarioFile(const std::string& name) { return shippedFile(name, "scenarios"); }
+
+std::string shippedFile(const std::string& name, const std::string& kind) {
   std::error_code error;
-  if (fs::exists(name, error)) return name;
-  const fs::path folder = shippedFolder();
+  const bool isFile = kind == "sweeps" ? fs::is_regular_file(name, error) : fs::exists(name, error);
+  if (isFile) return name;  // a sweep may have a folder of results of its name beside
+  const fs::path folder = shippedFolder(kind);
   const std::vector<std::string> shipped = namesIn(folder);
   if (std::find(shipped.begin(), shipped.end(), name) != shipped.end()) {
     return (folder / (name + ".yaml")).string();
@@ -58,7 +61,7 @@ std::string scenarioFile(const std::string& name) {
   std::string hint = didYouMeanFile(name);
   if (hint.empty()) hint = didYouMean(name, shipped);
   if (hint.empty() && name.find('=') != std::string::npos) hint = "; a key is set by --set " + name;
-  throw InputError({name, 0, ""}, "there is no such file, nor a scenario of this name" + hint);
+  throw InputError({name, 0, ""}, "there is no such file, nor a " + kind.substr(0, kind.size() - 1) + " of this name" + hint);
 }
 
 }  // namespace depthservo

@@ -11,4 +11,7 @@ constexpr const char* kScenarioHelp =
 /// "deluca2008/arm"). \throw InputError there is neither
 std::string scenarioFile(const std::string& name);
 
+/// The same of another folder of shipped files: "sweeps". \throw InputError
+std::string shippedFile(const std::string& name, const std::string& folder);
+
 }  // namespace depthservo

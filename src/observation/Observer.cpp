@@ -111,6 +111,7 @@ Observer::Observer(const ObservedSource& source, const ObservationOptions& optio
 
 Observer::~Observer() = default;
 
+void Observer::omitDiagnosis() { parts_->diagnosis.reset(); }
 MotionBuffer& Observer::odometry() { return parts_->odometry; }
 const PointSetEstimator& Observer::estimator() const { return *parts_->estimator; }
 const std::vector<PointObservation>& Observer::measured() const { return parts_->observations; }
@@ -141,6 +142,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
 
   FrameRecord frame;
   frame.time_s = time_s;
+  frame.features.reserve(p.setup.ids.size());
   for (const int id : p.setup.ids) {
     DepthEstimate estimate = p.estimator->estimate(id);
     if (estimate.status == DepthStatus::unset) continue;

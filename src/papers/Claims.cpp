@@ -1,10 +1,6 @@
 #include "papers/Claims.h"
 
-#include <cmath>
-#include <cstring>
 #include <limits>
-#include <optional>
-#include <stdexcept>
 
 #include "text/StrictYaml.h"
 
@@ -13,53 +9,9 @@ namespace {
 
 using detail::StrictMapping;
 
-constexpr double kAnything = std::numeric_limits<double>::max();
-constexpr const char* kFactor = "factor ";
-constexpr const char* kAtMost = "at most ";
+constexpr double kAnyNumber = std::numeric_limits<double>::max();
 const std::vector<std::string> kRowKeys = {"claim", "paper", "expected", "unit", "within",
                                            "note",  "holds", "full",     "only"};
-
-bool startsWith(const std::string& text, const char* start) { return text.rfind(start, 0) == 0; }
-
-/// The number in a tolerance.
-std::optional<double> sizeOf(const std::string& within) {
-  std::string digits = within;
-  for (const char* start : {kFactor, kAtMost}) {
-    if (startsWith(within, start)) digits = within.substr(std::strlen(start));
-  }
-  const std::size_t end = digits.size() < 2 ? 0 : digits.size() - 2;
-  if (digits == within && digits.compare(end, 2, " %") == 0) digits.resize(end);
-  return detail::toNumber(digits);
-}
-
-/// "< 5" or ">= experiment/figure".
-struct Relation {
-  std::string sign, operand;
-
-  explicit Relation(const std::string& text)
-      : sign(text.substr(0, text.find(' '))), operand(text.substr(text.find(' ') + 1)) {}
-  bool holds(double ours, double limit) const {
-    return sign == "<"    ? ours < limit
-           : sign == "<=" ? ours <= limit
-           : sign == ">"  ? ours > limit
-                          : ours >= limit;
-  }
-};
-
-/// Refuses what could not be judged.
-void check(const StrictMapping& row, const Claim& claim) {
-  const auto size = sizeOf(claim.within);
-  if (!size || *size < 0) {
-    row.fail("within", "expected '2 %', '0.1', 'factor 1.5' or 'at most 3', got " + claim.within);
-  }
-  const Relation rule(claim.holds);
-  const bool isRule =
-      rule.sign == "<" || rule.sign == "<=" || rule.sign == ">" || rule.sign == ">=";
-  const bool hasOperand =
-      detail::toNumber(rule.operand) || rule.operand.find('/') != std::string::npos;
-  if (claim.holds.empty() || claim.holds == "no" || (isRule && hasOperand)) return;
-  row.fail("holds", "expected 'no', '>= 5' or '>= experiment/figure', got " + claim.holds);
-}
 
 /// What a mapping says over what was said before: by its experiment, by the quick reproduction.
 void take(const StrictMapping& row, Claim& claim) {
@@ -78,45 +30,11 @@ void take(const StrictMapping& row, Claim& claim) {
     claim.unit = "yes = 1";
     claim.within = "0";
   } else {
-    claim.expected = row.number("expected", {-kAnything, kAnything}, "");
+    claim.expected = row.number("expected", {-kAnyNumber, kAnyNumber}, "");
   }
-}
-
-/// Whether the paper's claim holds.
-bool holds(const Claim& claim, double ours, const Measurements& measured) {
-  if (claim.holds == "no") return false;
-  const Relation rule(claim.holds);
-  const auto* other = measured.find(rule.operand);
-  const auto limit = other ? other->value : detail::toNumber(rule.operand);
-  return limit && rule.holds(ours, *limit);
 }
 
 }  // namespace
-
-void Measurements::add(const std::string& id, double value, std::string note) {
-  if (!values_.emplace(id, Value{value, std::move(note)}).second) {
-    throw std::logic_error(id + " was measured twice");
-  }
-}
-
-const Measurements::Value* Measurements::find(const std::string& id) const {
-  const auto found = values_.find(id);
-  return found == values_.end() ? nullptr : &found->second;
-}
-
-std::pair<double, double> Claim::accepted() const {
-  const double size = *sizeOf(within);
-  if (startsWith(within, kAtMost)) return {-kAnything, size};
-  if (startsWith(within, kFactor)) return {expected / size, expected * size};
-  const double slack = within.back() == '%' ? 0.01 * size * std::abs(expected) : size;
-  return {expected - slack, expected + slack};
-}
-
-std::string Claim::tolerance() const {
-  if (within == "0") return "exact";
-  const bool isInUnit = within.back() != '%' && !startsWith(within, kFactor);
-  return isInUnit && unit != "1" && !unit.empty() ? within + " " + unit : within;
-}
 
 Claims readClaims(const std::string& yaml, const std::string& paper, bool full) {
   const std::string file = paper + ".yaml";
@@ -137,7 +55,8 @@ Claims readClaims(const std::string& yaml, const std::string& paper, bool full) 
       if (full && row.has("full")) take(row.mapping("full", kRowKeys), claim);
       row.value("claim");
       row.value("expected");
-      check(row, claim);
+      const auto [key, why] = claim.fault();
+      if (!key.empty()) row.fail(key, why);
       claims.all.push_back(std::move(claim));
     }
   }
@@ -157,23 +76,10 @@ void describe(std::vector<Figure>& figures, const Claims& claims) {
   }
 }
 
-std::vector<ReproduceRow> judge(const Claims& claims, const Measurements& measured) {
-  std::vector<ReproduceRow> rows;
+std::vector<JudgedClaim> judge(const Claims& claims, const Measurements& measured) {
+  std::vector<JudgedClaim> rows;
   for (const Claim& claim : claims.all) {
-    const auto* value = measured.find(claim.id);
-    const auto [low, high] = claim.accepted();
-    ReproduceRow row;
-    row.id = claims.paper.name + "/" + claim.id;
-    row.claim = claim.text;
-    row.paper = claim.paper;
-    row.expected = claim.expected;
-    row.ours = value && std::isfinite(value->value) ? value->value : kAnything;
-    row.unit = claim.unit;
-    row.tolerance = claim.tolerance();
-    row.pass = value && row.ours >= low && row.ours <= high;
-    row.reproduces = claim.holds.empty() ? row.pass : value && holds(claim, row.ours, measured);
-    row.note = !value ? "not measured" : value->note.empty() ? claim.note : value->note;
-    rows.push_back(std::move(row));
+    rows.push_back(judge(claim, measured, claims.paper.name + "/"));
   }
   return rows;
 }

@@ -52,8 +52,8 @@ Reproduction reproduce(const std::string& name, const ReproduceOptions& options)
   return {judge(claims, experiments.measured), std::move(experiments.figures)};
 }
 
-ReproductionCount::ReproductionCount(const std::vector<ReproduceRow>& all) : rows(all.size()) {
-  for (const ReproduceRow& row : all) {
+ReproductionCount::ReproductionCount(const std::vector<JudgedClaim>& all) : rows(all.size()) {
+  for (const JudgedClaim& row : all) {
     agreeing += row.pass;
     printed += !row.paper.empty();
     met += !row.paper.empty() && row.reproduces;
@@ -70,9 +70,9 @@ std::string ReproductionCount::text() const {
       met, printed, share, agreeing, rows);
 }
 
-std::string toJson(const std::vector<ReproduceRow>& rows) {
+std::string toJson(const std::vector<JudgedClaim>& rows) {
   auto json = nlohmann::ordered_json::array();
-  for (const ReproduceRow& row : rows) {
+  for (const JudgedClaim& row : rows) {
     json.push_back({{"id", row.id},
                     {"claim", row.claim},
                     {"paper", row.paper},

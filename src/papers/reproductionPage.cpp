@@ -10,7 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What remains of an id after paper and experiment.
-std::string shortId(const ReproduceRow& row) {
+std::string shortId(const JudgedClaim& row) {
   return row.id.substr(row.id.find('/', row.id.find('/') + 1) + 1);
 }
 
@@ -24,7 +24,7 @@ std::string answer(const char* label, bool isSo) {
 }
 
 /// A figure as people read it: yes and no for those that are one or the other.
-std::string number(const ReproduceRow& row, double value) {
+std::string number(const JudgedClaim& row, double value) {
   const bool isTruth = row.unit == "yes = 1" && (value == 0 || value == 1);
   if (isTruth) return value == 1 ? "yes" : "no";
   return html::escaped(fmt::format("{:.5g}{}{}", value,
@@ -32,7 +32,7 @@ std::string number(const ReproduceRow& row, double value) {
                                    row.unit == "1" ? "" : row.unit));
 }
 
-std::string rowElement(const ReproduceRow& row, const std::string& id) {
+std::string rowElement(const JudgedClaim& row, const std::string& id) {
   const std::string note =
       row.note.empty() ? "" : fmt::format(R"(<p class="note">{}</p>)", html::escaped(row.note));
   return fmt::format("<tr><td class=\"words\">{}<span class=\"id\">{}</span>{}</td>",
@@ -50,11 +50,11 @@ std::string table(const std::string& rows) {
 }
 
 std::string experimentElement(const Paper& paper, const std::string& id, const std::string& title,
-                              const std::vector<ReproduceRow>& all) {
+                              const std::vector<JudgedClaim>& all) {
   const std::string prefix = paper.name + "/" + id + "/";
   std::string rows;
   std::size_t count = 0, agree = 0;
-  for (const ReproduceRow& row : all) {
+  for (const JudgedClaim& row : all) {
     if (row.id.rfind(prefix, 0) != 0) continue;
     rows += rowElement(row, shortId(row));
     ++count;
@@ -79,7 +79,7 @@ std::string paperElement(const ReproducedPaper& reproduced, const fs::path& fold
   std::string body = fmt::format("<section id=\"{0}\"><h2>{0}</h2><p class=\"reason\">{1}</p>\n",
                                  paper.name, html::escaped(paper.citation));
   std::string remarkable;
-  for (const ReproduceRow& row : result.rows) {
+  for (const JudgedClaim& row : result.rows) {
     if (!row.pass || !row.reproduces) remarkable += rowElement(row, row.id);
   }
   if (!remarkable.empty()) {
@@ -108,7 +108,7 @@ std::string figureFile(const Paper& paper, const Figure& figure) {
 std::string reproductionPage(const std::string& name,
                              const std::vector<ReproducedPaper>& reproduced,
                              const fs::path& folder) {
-  std::vector<ReproduceRow> all;
+  std::vector<JudgedClaim> all;
   html::Sheet sheet;
   for (const ReproducedPaper& paper : reproduced) {
     all.insert(all.end(), paper.result.rows.begin(), paper.result.rows.end());

@@ -9,7 +9,7 @@ bool writeReproduction(const std::string& name, const std::vector<ReproducedPape
                        const std::filesystem::path& folder) {
   bool areDrawn = true;
   makeFolder(folder, [&](const std::filesystem::path& place) {
-    std::vector<ReproduceRow> rows;
+    std::vector<JudgedClaim> rows;
     for (const auto& [paper, result] : reproduced) {
       rows.insert(rows.end(), result.rows.begin(), result.rows.end());
       for (const Figure& figure : result.figures) {

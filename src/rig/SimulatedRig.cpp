@@ -64,7 +64,7 @@ struct SimulatedRig::Parts {
       if (listener) listener->onRow(world.time());
     });
   }
-  void expose();
+  void expose(const std::vector<TruePoint>& truth);
   double stamp();
   double arrivalOf(const Exposure& exposure) const;
 };
@@ -91,21 +91,22 @@ std::optional<Exposure> SimulatedRig::next(Listener* listener) {
       return exposure;
     }
     p.drive(coming_s, listener);
-    if (!p.clock.isDropped()) p.expose();
+    const std::vector<TruePoint> truth = p.world.truth();
+    if (!p.clock.isDropped()) p.expose(truth);
     p.clock.advance();
-    if (listener && !listener->onExposure(coming_s, p.world.truth())) return std::nullopt;
+    if (listener && !listener->onExposure(coming_s, truth)) return std::nullopt;
   }
 }
 
-void SimulatedRig::Parts::expose() {
+void SimulatedRig::Parts::expose(const std::vector<TruePoint>& truth) {
   Exposure exposure;
   exposure.time_s = stamp();
   if (source.hasImages) {
     world.expose(exposure.image);
   } else {
-    exposure.points = world.measure();
+    exposure.points = world.measure(truth);
   }
-  exposure.truth = world.truth();
+  exposure.truth = truth;
   exposure.wMc = world.wMc();
   underway.push_back(std::move(exposure));
 }

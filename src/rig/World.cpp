@@ -320,8 +320,7 @@ void World::printTags(SyntheticView& view) const {
   }
 }
 
-std::vector<TrackedPoint> World::measure() {
-  const auto points = truth();
+std::vector<TrackedPoint> World::measure(const std::vector<TruePoint>& points) {
   const auto errors = pixelErrors();
   std::vector<TrackedPoint> measured;
   measured.reserve(points.size());

@@ -61,7 +61,8 @@ class World {
   void expose(DEPTHSERVO_VISP vpImage<unsigned char>& image);
 
   /// Measures the points of this moment (source: geometry); hidden ones are missing.
-  std::vector<TrackedPoint> measure();
+  /// \param points as `truth()` has them
+  std::vector<TrackedPoint> measure(const std::vector<TruePoint>& points);
 
   const SimulatedRobot& robot() const { return *robot_; }
 

@@ -32,7 +32,7 @@ void forgetTheOld(RunLog& log) {
 }
 
 void append(RunLog& log, FrameRecord frame, const Exposure& exposure, Keep keep) {
-  if (keep == Keep::theLastFrames) forgetTheOld(log);
+  if (keep != Keep::everything) forgetTheOld(log);
   if (keep == Keep::everything && exposure.hasImage()) {
     keepImage(log, exposure);
     log.film.add(exposure.time_s, exposure.image);

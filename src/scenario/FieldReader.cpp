@@ -73,6 +73,10 @@ void FieldReader::text(const Key& key, std::string& value) {
   if (reads(key)) value = mapping_.text(key.name);
 }
 
+void FieldReader::texts(const Key& key, std::vector<std::string>& value) {
+  if (reads(key)) value = mapping_.texts(key.name);
+}
+
 void FieldReader::numbersOf(const Key& key, std::size_t size, std::optional<Numbers>& value,
                             const Range& range, const char* unit) {
   if (value ? reads(key) : isSet(key)) value = mapping_.numbers(key.name, size, range, unit);

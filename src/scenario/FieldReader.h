@@ -20,6 +20,7 @@ class FieldReader : public Fields {
               const char* unit) override;
   void flag(const Key& key, bool& value) override;
   void text(const Key& key, std::string& value) override;
+  void texts(const Key& key, std::vector<std::string>& value) override;
   void oneOrMore(const Key& key, std::vector<double>& value, const Range& range,
                  const char* unit) override;
   void integers(const Key& key, std::vector<int>& value, const Range& range) override;

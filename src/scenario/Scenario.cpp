@@ -51,16 +51,35 @@ void listPaths(const std::vector<KeyNode>& nodes, const std::string& prefix,
 
 }  // namespace
 
-Scenario Scenario::load(const std::string& path, const std::vector<std::string>& overrides) {
-  YamlValue root = configurationIn(detail::loadYaml(path), path);
-  const std::vector<std::string> valid = keys();
-  for (const std::string& setting : overrides) applyOverride(root, path, setting, valid);
+struct ScenarioText::Parts {
+  YamlValue root;
+  std::string file;
+  std::vector<std::string> keys = Scenario::keys();
+};
+
+ScenarioText::ScenarioText(const std::string& text, std::string file) {
+  YamlValue root = configurationIn(detail::parseYaml(text, file), file);
+  parts_ = std::make_unique<Parts>(Parts{std::move(root), std::move(file)});
+}
+
+ScenarioText::~ScenarioText() = default;
+ScenarioText::ScenarioText(ScenarioText&&) noexcept = default;
+ScenarioText& ScenarioText::operator=(ScenarioText&&) noexcept = default;
+
+Scenario ScenarioText::with(const std::vector<std::string>& overrides) const {
+  const std::string& path = parts_->file;
+  YamlValue root = parts_->root;
+  for (const std::string& setting : overrides) applyOverride(root, path, setting, parts_->keys);
   Scenario scenario;
   scenario.file = path;
   detail::FieldReader(root, path, "", [&](Fields& fields) { describe(fields, scenario); });
   if (scenario.target.points.empty()) scenario.target.points = scenario.target.ownPoints();
   checkTogether(scenario, refuseIn(root, path));
   return scenario;
+}
+
+Scenario Scenario::load(const std::string& path, const std::vector<std::string>& overrides) {
+  return ScenarioText(detail::readYamlText(path), path).with(overrides);
 }
 
 std::string Scenario::toJson() const {

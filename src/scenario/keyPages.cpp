@@ -7,8 +7,8 @@
 #include <regex>
 
 #include "depthservo/text/InputError.h"
+#include "scenario/keyTables.h"
 #include "scenario/keys.h"
-#include "text/KeyTree.h"
 
 namespace depthservo {
 namespace {
@@ -71,6 +71,8 @@ std::string rangeOf(const KeyNode& key) {
       return "true, false";
     case Type::text:
       return fmt::format("1 to {} characters", kLongestText);
+    case Type::texts:
+      return "list of words or numbers";
     case Type::word:
       return fmt::format("{}", fmt::join(key.words, ", "));
     case Type::numbers:
@@ -102,9 +104,9 @@ void addLines(const std::vector<KeyNode>& keys, const std::string& prefix,
   }
 }
 
-std::vector<Line> linesOf(KeySet set) {
+std::vector<Line> linesOf(const std::vector<KeyNode>& keys) {
   std::vector<Line> lines;
-  addLines(keysOf(set), "", lines);
+  addLines(keys, "", lines);
   return lines;
 }
 
@@ -158,6 +160,8 @@ Json typeSchema(const KeyNode& key) {
       return {{"type", "boolean"}};
     case Type::text:
       return {{"type", "string"}, {"minLength", 1}, {"maxLength", kLongestText}};
+    case Type::texts:
+      return listSchema({{"type", {"string", "number", "boolean"}}});
     case Type::word:
       return wordSchema(key);
     case Type::numbers:
@@ -202,7 +206,19 @@ Json schemaOf(const std::vector<KeyNode>& keys) {
 }  // namespace
 
 std::string keysAsText(KeySet set, const std::string& prefix) {
-  std::vector<Line> lines = linesOf(set);
+  return detail::keysAsText(keysOf(set), prefix);
+}
+
+std::string keysAsMarkdown(KeySet set) { return detail::keysAsMarkdown(keysOf(set)); }
+
+std::string scenarioSchema() {
+  return detail::schemaText(keysOf(KeySet::scenario), "depthservo scenario");
+}
+
+namespace detail {
+
+std::string keysAsText(const std::vector<KeyNode>& keys, const std::string& prefix) {
+  std::vector<Line> lines = linesOf(keys);
   std::vector<std::string> all;
   for (const Line& line : lines) all.push_back(line.key);
   lines.erase(std::remove_if(lines.begin(), lines.end(),
@@ -227,10 +243,10 @@ std::string keysAsText(KeySet set, const std::string& prefix) {
   return text;
 }
 
-std::string keysAsMarkdown(KeySet set) {
+std::string keysAsMarkdown(const std::vector<KeyNode>& keys) {
   static const std::regex page("doc/([a-z-]+\\.md)");
   std::string text = "| key | unit | default | range | meaning |\n|---|---|---|---|---|\n";
-  for (const Line& line : linesOf(set)) {
+  for (const Line& line : linesOf(keys)) {
     const bool isRequired = line.otherwise.rfind("required", 0) == 0;
     const std::string otherwise =
         isRequired ? "*required*" + line.otherwise.substr(std::string("required").size())
@@ -241,11 +257,12 @@ std::string keysAsMarkdown(KeySet set) {
   return text;
 }
 
-std::string scenarioSchema() {
-  Json schema{{"$schema", "http://json-schema.org/draft-07/schema#"},
-              {"title", "depthservo scenario"}};
-  schema.update(schemaOf(keysOf(KeySet::scenario)));
+std::string schemaText(const std::vector<KeyNode>& keys, const char* title) {
+  Json schema{{"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", title}};
+  schema.update(schemaOf(keys));
   return schema.dump(1) + "\n";
 }
+
+}  // namespace detail
 
 }  // namespace depthservo

@@ -70,11 +70,11 @@ class Run {
     loop_.emplace(rig_, observation_, scenario.control, goal_);
   }
 
-  RunLog finish(RunWatcher* watcher) {
-    RunLog log = loop_->run(watcher);
+  RunLog finish(RunWatcher* watcher, Keep keep) {
+    RunLog log = loop_->run(watcher, keep);
     log.command = "run";
     log.name = scenario_.name;
-    log.configuration = scenario_.toJson();
+    if (keep == Keep::everything) log.configuration = scenario_.toJson();
     log.seed = scenario_.seed;
     return log;
   }
@@ -118,14 +118,16 @@ ObservationOptions observationOf(const Scenario& scenario, const SimulatedRig& r
   return options;
 }
 
-RunLog run(const Scenario& scenario, RunWatcher* watcher) { return Run(scenario).finish(watcher); }
+RunLog run(const Scenario& scenario, RunWatcher* watcher, Keep keep) {
+  return Run(scenario).finish(watcher, keep);
+}
 
 RunLog record(const Scenario& scenario, const std::string& folder, RunWatcher* watcher) {
   SequenceRecorder recorder(folder, watcher);
   const bool keepsLaw = canBeReplayed(scenario.control, scenario.robot.type);
   if (keepsLaw) recorder.keepCommands();
   Run run(scenario);
-  RunLog log = run.finish(&recorder);
+  RunLog log = run.finish(&recorder, Keep::everything);
   const ObservedSource& source = run.rig().source();
   const SequenceTarget& target = source.target;
   ObservationOptions observation = run.observation();

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 namespace depthservo {
 namespace {
@@ -24,6 +23,8 @@ constexpr double kAway_s = 2;       // this long: it has left the image
 constexpr double kTimeSlack_s = 1e-6;
 
 }  // namespace
+
+const double OutcomeJudge::kLooksBack_s = std::max(kHold_s, kStall_s) + kMean_s;
 
 OutcomeJudge::OutcomeJudge(const PinholeCamera& camera, const ControlOptions& control, double Z_min,
                            std::size_t points, const char* noun)
@@ -98,31 +99,34 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const RunLog& lo
                                                   firstError_px_, frame.error_px)};
   }
 
-  const double error_px = meanImageError(log, frame.time_s - kHold_s, frame.time_s);
-  if (tracking_.lasts(kHold_s, now_s) && error_px < tolerance_px_ && isSeen(log)) {
+  const auto error = [&] { return meanImageError(log, frame.time_s - kHold_s, frame.time_s); };
+  const double error_px = tracking_.lasts(kHold_s, now_s) ? error() : kUnknown;
+  if (error_px < tolerance_px_ && isSeen(log)) {
     return Verdict{Outcome::converged,
                    fmt::format("image error {:.2f} px rms over the last {:g} s, "
                                "tolerance {:g} px",
                                error_px, kHold_s, tolerance_px_)};
   }
-  if (unhindered_.lasts(kStall_s, now_s) && isSeen(log) && !hasProgress(log)) {
+  if (unhindered_.lasts(kStall_s, now_s) && !hasProgress(log) && isSeen(log)) {
     return Verdict{Outcome::stalled,
                    fmt::format("no progress for {:g} s with an image error of {:.1f} px rms",
-                               kStall_s, error_px)};
+                               kStall_s, error())};
   }
   return std::nullopt;
 }
 
 bool OutcomeJudge::isSeen(const RunLog& log) const {
   const double begin_s = log.frames.back().time_s - kHold_s - kTimeSlack_s;
-  std::set<int> seen;
+  std::vector<int> seen;
   for (auto frame = log.frames.rbegin(); frame != log.frames.rend(); ++frame) {
     if (frame->time_s < begin_s) break;
     for (const FeatureRecord& feature : frame->features) {
-      if (feature.measured) seen.insert(feature.id);
+      if (!feature.measured) continue;
+      if (std::find(seen.begin(), seen.end(), feature.id) == seen.end()) seen.push_back(feature.id);
+      if (seen.size() >= needed_) return true;
     }
   }
-  return seen.size() >= needed_;
+  return needed_ == 0;
 }
 
 bool OutcomeJudge::hasProgress(const RunLog& log) const {
@@ -132,10 +136,10 @@ bool OutcomeJudge::hasProgress(const RunLog& log) const {
     return frame.time_s <= begin_s + kTimeSlack_s;
   });
   const Eigen::Vector3d way = last.robotPose - first->robotPose;
+  if (way.head<2>().norm() > kStallWay_m || std::abs(way.z()) > kStallTurn_rad) return true;
   const double before = meanImageError(log, begin_s, begin_s + kMean_s);
   const double now = meanImageError(log, last.time_s - kMean_s, last.time_s);
-  return way.head<2>().norm() > kStallWay_m || std::abs(way.z()) > kStallTurn_rad ||
-         now < (1 - kStallGain) * before;
+  return now < (1 - kStallGain) * before;
 }
 
 }  // namespace depthservo

@@ -27,6 +27,9 @@ class OutcomeJudge {
   /// At exposure: whether enough dots are where a camera can see them.
   std::optional<Verdict> atExposure(double time_s, const std::vector<TruePoint>& truth);
 
+  /// It looks back at the frames of this time [s].
+  static const double kLooksBack_s;
+
   /// After the command: progress, from the frames so far.
   std::optional<Verdict> afterCommand(const RunLog& log, Basis basis);
 

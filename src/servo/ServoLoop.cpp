@@ -2,6 +2,8 @@
 
 #include <visp3/core/vpException.h>
 
+#include <algorithm>
+
 #include "depthservo/observation/UnexcitedPeriods.h"
 #include "depthservo/visp/visp.h"
 #include "observation/Stopwatch.h"
@@ -39,6 +41,7 @@ struct ServoLoop::Parts : Rig::Listener {
   void process(const Exposure& exposure);
   Eigen::VectorXd control(FrameRecord& frame);
   Eigen::VectorXd commandOf(const FrameRecord& frame);
+  void letGoOfTheOld(double now_s);
   void judgeFrame();
   double imageError() const;  // [px]
   void note(double time_s, std::string what) { log.events.push_back({time_s, std::move(what)}); }
@@ -55,6 +58,7 @@ struct ServoLoop::Parts : Rig::Listener {
   Eigen::VectorXd lastCommand;  // while tracking, at full speed
   std::optional<OutcomeJudge::Verdict> verdict;
   LastLaps controlTimes;  // [s]
+  Keep keep = Keep::everything;
   bool hasBegun = false;  // the robot has followed a command
   RunLog log;
 };
@@ -65,8 +69,10 @@ ServoLoop::ServoLoop(Rig& rig, const ObservationOptions& observation, const Cont
 
 ServoLoop::~ServoLoop() = default;
 
-RunLog ServoLoop::run(RunWatcher* watcher) {
+RunLog ServoLoop::run(RunWatcher* watcher, Keep keep) {
   Parts& p = *parts_;
+  p.keep = keep;
+  if (keep == Keep::theOutcome) p.observer.omitDiagnosis();
   while (!p.verdict) {
     const auto exposure = p.rig.next(&p);
     if (!exposure) {
@@ -84,7 +90,7 @@ RunLog ServoLoop::run(RunWatcher* watcher) {
   p.log.reason = p.verdict->reason;
   p.observer.finish(p.log);
   p.log.timings.emplace_back("control", p.controlTimes.take());
-  addUnexcitedEvents(p.log);
+  if (keep == Keep::everything) addUnexcitedEvents(p.log);
   return std::move(p.log);
 }
 
@@ -111,7 +117,19 @@ void ServoLoop::Parts::process(const Exposure& exposure) {
   features.publish(observer.estimator(), observer.measured(), observer.odometry(), rig.time());
   frame.command = control(frame);
   rig.command(frame.command);
-  append(log, std::move(frame), exposure, Keep::everything);
+  if (keep == Keep::everything) return append(log, std::move(frame), exposure, keep);
+  letGoOfTheOld(exposure.time_s);
+  log.frames.push_back(std::move(frame));
+}
+
+/// Half of what is kept at a time.
+void ServoLoop::Parts::letGoOfTheOld(double now_s) {
+  const auto isOld = [&](const FrameRecord& frame) {
+    return now_s - frame.time_s > OutcomeJudge::kLooksBack_s;
+  };
+  const auto young = std::find_if_not(log.frames.begin(), log.frames.end(), isOld);
+  if (2 * (young - log.frames.begin()) < static_cast<std::ptrdiff_t>(log.frames.size())) return;
+  log.frames.erase(log.frames.begin(), young);
 }
 
 Eigen::VectorXd ServoLoop::Parts::control(FrameRecord& frame) {

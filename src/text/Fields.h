@@ -43,6 +43,8 @@ class Fields {
                       const char* unit) = 0;
   virtual void flag(const Key& key, bool& value) = 0;
   virtual void text(const Key& key, std::string& value) = 0;
+  /// A list of words and numbers as they are written.
+  virtual void texts(const Key& key, std::vector<std::string>& value) = 0;
   /// One number, or a list of them.
   virtual void oneOrMore(const Key& key, std::vector<double>& value, const Range& range,
                          const char* unit) = 0;

@@ -19,6 +19,9 @@ class Planter : public Fields {
   }
   void flag(const Key& key, bool& value) override { add(key, Type::flag, value); }
   void text(const Key& key, std::string& value) override { add(key, Type::text, value); }
+  void texts(const Key& key, std::vector<std::string>& value) override {
+    add(key, Type::texts, value);
+  }
   void oneOrMore(const Key& key, std::vector<double>& value, const Range& range,
                  const char* unit) override {
     add(key, Type::oneOrMore, value.size() == 1 ? Json(value.front()) : Json(value), range, unit);

@@ -15,6 +15,7 @@ struct KeyNode {
     integer,
     flag,
     text,
+    texts,
     word,
     numbers,    ///< `size` of them; 0: any number
     oneOrMore,  ///< a number or a list of them

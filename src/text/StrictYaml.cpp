@@ -149,9 +149,9 @@ YamlValue* YamlValue::find(const std::string& key) {
   return nullptr;
 }
 
-YamlValue loadYaml(const std::string& path) {
-  return parseYaml(readTextFile(path, kYamlLimits), path);
-}
+YamlValue loadYaml(const std::string& path) { return parseYaml(readYamlText(path), path); }
+
+std::string readYamlText(const std::string& path) { return readTextFile(path, kYamlLimits); }
 
 YamlValue parseYaml(const std::string& text, const std::string& file) {
   checkText(text, file, kYamlLimits);
@@ -260,16 +260,25 @@ bool StrictMapping::flag(const std::string& key) const {
   fail(at, pathOf(key), "expected true or false, got " + described(at));
 }
 
-std::string StrictMapping::text(const std::string& key) const {
-  const YamlValue& at = value(key);
+std::string StrictMapping::textAt(const YamlValue& at, const std::string& path) const {
   constexpr std::size_t kLongestText = 200;
   if (at.kind != YamlValue::Kind::scalar || at.scalar.empty() || at.scalar.size() > kLongestText ||
       at.scalar.find_first_of("\n\r\t") != std::string::npos) {
-    fail(at, pathOf(key),
+    fail(at, path,
          fmt::format("expected one line of text of 1 to {} characters, got {}", kLongestText,
                      described(at)));
   }
   return at.scalar;
+}
+
+std::string StrictMapping::text(const std::string& key) const {
+  return textAt(value(key), pathOf(key));
+}
+
+std::vector<std::string> StrictMapping::texts(const std::string& key) const {
+  std::vector<std::string> all;
+  for (const YamlValue& item : list(key).items) all.push_back(textAt(item, pathOf(key)));
+  return all;
 }
 
 const YamlValue& StrictMapping::list(const std::string& key) const {

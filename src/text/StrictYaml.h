@@ -32,6 +32,8 @@ struct YamlValue::Entry {
 /// Reads one YAML document. Throws InputError: not readable, not text, not YAML, several documents,
 /// aliases, more nested or larger than any file of ours, a key twice in a mapping.
 YamlValue loadYaml(const std::string& path);
+/// The text of such a file, not yet parsed. \throw InputError as readTextFile
+std::string readYamlText(const std::string& path);
 YamlValue parseYaml(const std::string& text, const std::string& file);
 
 /// A mapping that has no keys but the valid ones. Every fault is an InputError with file, line,
@@ -48,6 +50,9 @@ class StrictMapping {
   long long integer(const std::string& key, const Range& range, const char* unit) const;
   bool flag(const std::string& key) const;
   std::string text(const std::string& key) const;  ///< 1 to 200 characters
+
+  /// A list of scalars as they are written, 1 to 200 characters each.
+  std::vector<std::string> texts(const std::string& key) const;
 
   /// A list of numbers. \param size how many; 0: any number up to `kLongestList`
   std::vector<double> numbers(const std::string& key, std::size_t size, const Range& range,
@@ -75,6 +80,8 @@ class StrictMapping {
  private:
   double numberAt(const YamlValue& at, const std::string& path, const Range& range,
                   const char* unit) const;
+
+  std::string textAt(const YamlValue& at, const std::string& path) const;
 
   const YamlValue* mapping_;
   std::string file_, path_;

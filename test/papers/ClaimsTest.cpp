@@ -18,7 +18,7 @@ Claims claims(const std::string& rows, bool full = false) {
       "paper", full);
 }
 
-ReproduceRow judged(const std::string& row, double ours, bool full = false) {
+JudgedClaim judged(const std::string& row, double ours, bool full = false) {
   Measurements measured;
   measured.add("1/a", ours);
   measured.add("1/other", 5);

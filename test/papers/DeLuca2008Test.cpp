@@ -16,7 +16,7 @@ namespace {
 
 /// The parts without a servo loop: sections 5 and 7.1.
 struct Parts {
-  std::vector<ReproduceRow> rows;
+  std::vector<JudgedClaim> rows;
   std::vector<Figure> figures;
 
   static const Parts& once() {
@@ -42,7 +42,7 @@ struct Parts {
 TEST(ReproduceDeLuca2008, everyFigureOfDepthAndFocalLengthAgreesAndEveryRowIsComplete) {
   EXPECT_GT(Parts::once().rows.size(), 100u);
   std::set<std::string> ids;
-  for (const ReproduceRow& row : Parts::once().rows) {
+  for (const JudgedClaim& row : Parts::once().rows) {
     EXPECT_TRUE(row.pass) << row.id << ": expected " << row.expected << ", ours " << row.ours;
     EXPECT_TRUE(ids.insert(row.id).second) << row.id << " is there twice";
     EXPECT_TRUE(std::isfinite(row.ours)) << row.id;
@@ -53,7 +53,7 @@ TEST(ReproduceDeLuca2008, everyFigureOfDepthAndFocalLengthAgreesAndEveryRowIsCom
 
 TEST(ReproduceDeLuca2008, saysWhatOfTheFocalLengthDoesNotReproduce) {
   std::set<std::string> refuted;
-  for (const ReproduceRow& row : Parts::once().rows) {
+  for (const JudgedClaim& row : Parts::once().rows) {
     if (!row.reproduces) refuted.insert(row.id);
   }
   EXPECT_EQ(refuted, (std::set<std::string>{

@@ -10,10 +10,10 @@ namespace depthservo {
 namespace {
 
 TEST(ReproduceDurand2010, everyFigureAgreesAndWhatThePaperPromisesTooMuchIsSaid) {
-  const std::vector<ReproduceRow> rows = reproduce("durand2010").rows;
+  const std::vector<JudgedClaim> rows = reproduce("durand2010").rows;
   EXPECT_GT(rows.size(), 150u);
   std::set<std::string> ids, refuted;
-  for (const ReproduceRow& row : rows) {
+  for (const JudgedClaim& row : rows) {
     EXPECT_TRUE(row.pass) << row.id << ": expected " << row.expected << ", ours " << row.ours;
     EXPECT_TRUE(ids.insert(row.id).second) << row.id << " is there twice";
     EXPECT_EQ(row.id.rfind("durand2010/", 0), 0u) << row.id;

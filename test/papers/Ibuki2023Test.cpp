@@ -27,7 +27,7 @@ TEST(Ibuki2023, everyFigureIsReproducedAndThreeClaimsAreNot) {
   for (const Figure& figure : reproduction.figures) {
     EXPECT_FALSE(figure.title.empty() || figure.caption.empty()) << figure.name;
   }
-  for (const ReproduceRow& row : rows) {
+  for (const JudgedClaim& row : rows) {
     EXPECT_TRUE(row.pass) << row.id << ": expected " << row.expected << ", ours " << row.ours;
     EXPECT_EQ(row.reproduces, !refuted.count(row.id)) << row.id;
     EXPECT_TRUE(std::isfinite(row.ours)) << row.id;

@@ -5,23 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "depthservo/experiments/JudgedClaim.h"
 #include "depthservo/report/Figure.h"
 
 namespace depthservo {
-
-/// One figure of a paper, theirs against ours.
-struct ReproduceRow {
-  std::string id;       ///< stable, unique over all papers: paper/experiment/figure
-  std::string claim;    ///< what the figure says
-  std::string paper;    ///< as the paper prints it; empty when it does not
-  double expected = 0;  ///< from an independent computation
-  double ours = 0;      ///< measured now; finite
-  std::string unit;
-  std::string tolerance;    ///< within which ours agrees: "2 %", "0.1 s", "factor 1.5", "exact"
-  bool pass = false;        ///< ours agrees with expected
-  bool reproduces = false;  ///< the paper's claim holds
-  std::string note;
-};
 
 struct ReproduceOptions {
   bool full = false;  ///< more seeds and finer searches
@@ -30,7 +17,7 @@ struct ReproduceOptions {
 
 /// What running a paper's experiments gives.
 struct Reproduction {
-  std::vector<ReproduceRow> rows;
+  std::vector<JudgedClaim> rows;
   std::vector<Figure> figures;
 };
 
@@ -56,13 +43,13 @@ struct ReproductionCount {
   std::size_t rows = 0, agreeing = 0;  ///< ours with the independent computation
   std::size_t printed = 0, met = 0;    ///< claims with a figure or a statement in the paper itself
 
-  explicit ReproductionCount(const std::vector<ReproduceRow>& rows);
+  explicit ReproductionCount(const std::vector<JudgedClaim>& rows);
   /// "77 of the 93 claims that the papers print hold, 17 % of all rows; 557 of 557 rows agree ...".
   std::string text() const;
 };
 
 /// One JSON array: an object for each row, with the names of its members as keys.
-std::string toJson(const std::vector<ReproduceRow>& rows);
+std::string toJson(const std::vector<JudgedClaim>& rows);
 
 struct ReproducedPaper {
   Paper paper;

@@ -24,6 +24,7 @@ class RunWatcher {
 enum class Keep {
   everything,
   theLastFrames,  ///< and no images: for runs without end
+  theOutcome,     ///< the same, and nothing is diagnosed: for many runs
 };
 
 /// Adds one image to the log.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,6 +34,25 @@ struct Scenario : SimulatedRigOptions {
 
   /// Every key there is, as "section.key".
   static std::vector<std::string> keys();
+};
+
+/// A scenario file in memory, of which variants are made: many runs read it once.
+class ScenarioText {
+ public:
+  /// \param text of the file \param file its name, for messages and for what it refers to
+  /// \throw InputError
+  ScenarioText(const std::string& text, std::string file);
+  ~ScenarioText();
+  ScenarioText(ScenarioText&&) noexcept;
+  ScenarioText& operator=(ScenarioText&&) noexcept;
+
+  /// The scenario with these overrides, as of Scenario::load. May be called by several threads at
+  /// once. \throw InputError
+  Scenario with(const std::vector<std::string>& overrides) const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<const Parts> parts_;
 };
 
 }  // namespace depthservo

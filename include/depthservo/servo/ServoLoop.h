@@ -35,8 +35,8 @@ class ServoLoop {
   ~ServoLoop();
 
   /// The whole run; call once. Never throws for what happens in the loop. \param watcher may be
-  /// null
-  RunLog run(RunWatcher* watcher = nullptr);
+  /// null \param keep the last frames alone are those that the outcome is judged by
+  RunLog run(RunWatcher* watcher = nullptr, Keep keep = Keep::everything);
 
  private:
   struct Parts;
