@@ -2,8 +2,6 @@
 
 #include <visp3/core/vpFeatureDisplay.h>
 
-#include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
 #include <iostream>
 
@@ -11,25 +9,6 @@
 
 namespace depthservo {
 namespace {
-
-/// Points whose rms width is below this part of their rms length are a line: the noise of their
-/// depths would decide how the plane is tilted about it.
-constexpr double kThinnest = 0.02;
-
-/// Of the rms distance from the barycentre [-]: below, the points coincide.
-constexpr double kSmallestSize = 1e-9;
-
-/// Sigma of an inverse depth [1/m] below which one point does not count more than another.
-constexpr double kSmallestSigma_chi = 1e-12;
-
-struct WeightedPoint {
-  double x, y, chi, weight;
-};
-
-WeightedPoint weighted(double x, double y, double chi, double sigma_chi) {
-  const double sigma = std::max(sigma_chi, kSmallestSigma_chi);
-  return {x, y, chi, 1 / (sigma * sigma)};
-}
 
 /// Sums over the points about their barycentre.
 struct CentralMoments {
@@ -41,14 +20,14 @@ template <typename PointAt>
 CentralMoments centralMoments(std::size_t count, const PointAt& pointAt) {
   CentralMoments m;
   for (std::size_t i = 0; i < count; ++i) {
-    const WeightedPoint p = pointAt(i);
+    const auto p = pointAt(i);
     m.xg += p.x;
     m.yg += p.y;
   }
   m.xg /= static_cast<double>(count);
   m.yg /= static_cast<double>(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const WeightedPoint p = pointAt(i);
+    const auto p = pointAt(i);
     const double x = p.x - m.xg, y = p.y - m.yg;
     const double xx = x * x, yy = y * y;
     m.mu20 += xx;
@@ -62,62 +41,7 @@ CentralMoments centralMoments(std::size_t count, const PointAt& pointAt) {
   return m;
 }
 
-struct Plane {
-  Eigen::Vector3d abc;
-  MomentsPlane status;
-};
-
-/// chi = A x + B y + C by weighted least squares about the weighted barycentre.
-template <typename PointAt>
-Plane fitPlane(std::size_t count, const PointAt& pointAt) {
-  double sum = 0, x0 = 0, y0 = 0, chi0 = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const WeightedPoint p = pointAt(i);
-    sum += p.weight;
-    x0 += p.weight * p.x;
-    y0 += p.weight * p.y;
-    chi0 += p.weight * p.chi;
-  }
-  x0 /= sum;
-  y0 /= sum;
-  chi0 /= sum;
-  Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d b = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < count; ++i) {
-    const WeightedPoint p = pointAt(i);
-    const Eigen::Vector2d d(p.x - x0, p.y - y0);
-    S += p.weight / sum * d * d.transpose();
-    b += p.weight / sum * d * (p.chi - chi0);
-  }
-  const Plane facing{{0, 0, chi0}, MomentsPlane::frontoParallel};
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen;
-  eigen.computeDirect(S, Eigen::EigenvaluesOnly);
-  const Eigen::Vector2d spread = eigen.eigenvalues();
-  if (!(spread[0] > kThinnest * kThinnest * spread[1])) return facing;
-  const Eigen::Vector2d ab = S.inverse() * b;
-  const Plane fitted{{ab.x(), ab.y(), chi0 - ab.x() * x0 - ab.y() * y0}, MomentsPlane::fitted};
-  for (std::size_t i = 0; i < count; ++i) {
-    const WeightedPoint p = pointAt(i);
-    if (!(fitted.abc.dot(Eigen::Vector3d(p.x, p.y, 1)) > 0)) return facing;
-  }
-  return fitted;
-}
-
 }  // namespace
-
-const char* toString(MomentsPlane plane) {
-  switch (plane) {
-    case MomentsPlane::unset:
-      return "unset";
-    case MomentsPlane::fitted:
-      return "fitted";
-    case MomentsPlane::frontoParallel:
-      return "fronto-parallel";
-    case MomentsPlane::unusable:
-      return "unusable";
-  }
-  return "";
-}
 
 FeatureMoments::FeatureMoments(double scale)
     : scale_(scale > 0 && std::isfinite(scale) ? scale : 1) {
@@ -135,7 +59,6 @@ FeatureMoments& FeatureMoments::operator=(const FeatureMoments& other) {
   scale_ = other.scale_;
   area_ = other.area_;
   plane_ = other.plane_;
-  status_ = other.status_;
   L_ = other.L_;
   return *this;
 }
@@ -148,8 +71,7 @@ void FeatureMoments::init() {
   s.resize(dim_s);
   s = 0;
   area_ = 0;
-  plane_ = Eigen::Vector3d::UnitZ();
-  status_ = MomentsPlane::unset;
+  plane_ = {};
   L_.setZero();
 }
 
@@ -162,40 +84,29 @@ double FeatureMoments::scaleFor(const std::vector<PointState>& points, double va
 }
 
 void FeatureMoments::buildFrom(const std::vector<PointState>& points) {
-  compute(points.size(), [&](std::size_t i) -> WeightedPoint {
-    return {points[i].x, points[i].y, points[i].chi, 1};
-  });
+  plane_.buildFrom(points);
+  compute(points);
 }
 
 void FeatureMoments::update(const PointFeatures& points) {
-  compute(points.size(), [&](std::size_t i) {
-    const FeaturePoint& p = points[i];
-    return weighted(p.get_x(), p.get_y(), 1 / p.get_Z(), p.estimate().sigma_chi);
-  });
+  plane_.update(points);
+  compute(points);
 }
 
 void FeatureMoments::update(const std::vector<DepthEstimate>& points) {
-  compute(points.size(), [&](std::size_t i) {
-    const DepthEstimate& p = points[i];
-    return weighted(p.x, p.y, p.chi, p.sigma_chi);
-  });
+  plane_.update(points);
+  compute(points);
 }
 
-template <typename PointAt>
-void FeatureMoments::compute(std::size_t count, const PointAt& pointAt) {
-  const CentralMoments m = centralMoments(count, pointAt);
-  const double a = m.mu20 + m.mu02;
-  const Plane fit = fitPlane(count, pointAt);
-  const double n = static_cast<double>(count);
-  if (!(a > n * kSmallestSize * kSmallestSize) || !std::isfinite(a) || !fit.abc.allFinite()) {
-    if (status_ != MomentsPlane::unset) status_ = MomentsPlane::unusable;
-    return;
-  }
-  plane_ = fit.abc;
-  status_ = fit.status;
+template <typename Points>
+void FeatureMoments::compute(const Points& points) {
+  if (planeStatus() == MomentsPlane::unset || planeStatus() == MomentsPlane::unusable) return;
+  const CentralMoments m = centralMoments(
+      points.size(), [&](std::size_t i) { return ObservedPlane::sampleOf(points[i]); });
+  const double a = m.mu20 + m.mu02, n = static_cast<double>(points.size());
   area_ = a;
   const auto& [xg, yg, mu20, mu11, mu02, mu30, mu21, mu12, mu03] = m;
-  const double A = plane_[0], B = plane_[1], C = plane_[2], chi = A * xg + B * yg + C;
+  const double A = plane()[0], B = plane()[1], C = plane()[2], chi = plane_.chiAt(xg, yg);
   const double m20 = mu20 / n + xg * xg, m11 = mu11 / n + xg * yg, m02 = mu02 / n + yg * yg;
   L_.row(0) << -chi, 0, A * m20 + B * m11 + C * xg, m11, -(1 + m20), yg;
   L_.row(1) << 0, -chi, A * m11 + B * m02 + C * yg, 1 + m02, -m11, -xg;
@@ -230,7 +141,7 @@ void FeatureMoments::print(unsigned int select) const {
   for (unsigned i = 0; i < dim_s; ++i) {
     if (FEATURE_LINE[i] & select) std::cout << ' ' << names[i] << '=' << s[i];
   }
-  std::cout << " Z=" << Z() << " (plane " << toString(status_) << ")" << std::endl;
+  std::cout << " Z=" << Z() << " (plane " << toString(planeStatus()) << ")" << std::endl;
 }
 
 void FeatureMoments::display(const vpCameraParameters& cam, const vpImage<unsigned char>& I,

@@ -19,7 +19,7 @@ void FeaturePointGroup::observe(const Motion& told) {
   const Motion motion = motion_.take(told);
   for (FeaturePoint& feature : features_) feature.motion_ = motion_;
   if (!(motion.dt > 0)) {
-    for (FeaturePoint& feature : features_) feature.publish(feature.estimate_);
+    for (FeaturePoint& feature : features_) feature.publish(feature.estimate());
     return;
   }
   if (motion.unknown.exists()) {
@@ -39,21 +39,21 @@ Coverage FeaturePointGroup::observe(const MotionBuffer& odometry, double time_s)
 Coverage FeaturePointGroup::observe(const MotionBuffer& odometry, double exposure_s, double now_s) {
   for (std::size_t i = 0; i < features_.size(); ++i) {
     FeaturePoint& feature = features_[i];
-    const bool isFirst = feature.estimate_.status == DepthStatus::unset;
-    if (feature.takesNewDepth() || isFirst) {
+    const bool isFirst = feature.estimate().status == DepthStatus::unset;
+    if (feature.point_.takesNewDepth(feature.get_Z()) || isFirst) {
       estimator_->setPrior(static_cast<int>(i), {feature.get_Z()});
     }
   }
   const Coverage coverage = estimator_->advance(odometry, exposure_s);
   if (coverage == Coverage::afterEnd || coverage == Coverage::reversed) {
-    for (FeaturePoint& feature : features_) feature.publish(feature.estimate_);
+    for (FeaturePoint& feature : features_) feature.publish(feature.estimate());
     return coverage;
   }
   observations_.clear();
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    if (features_[i].hasNewPoint()) {
-      observations_.push_back({static_cast<int>(i), features_[i].measurement()});
-    }
+    const ShownPoint shown = features_[i].shown();
+    if (!shown.isNew) continue;
+    observations_.push_back({static_cast<int>(i), features_[i].point_.measured(shown)});
   }
   estimator_->correct(observations_);
   publish(*estimator_, observations_, odometry, now_s);
@@ -63,9 +63,9 @@ Coverage FeaturePointGroup::observe(const MotionBuffer& odometry, double exposur
 void FeaturePointGroup::setDepth(std::size_t i, double Z, double sigma_Z) {
   const int id = static_cast<int>(i);
   const DepthPrior measured{Z, sigma_Z / (Z * Z)};
-  if (features_[i].estimate_.status == DepthStatus::unset || !measured.isUsable()) return;
+  if (features_[i].estimate().status == DepthStatus::unset || !measured.isUsable()) return;
   estimator_->correctDepth(id, measured);
-  features_[i].publishDepth(estimator_->estimate(id));
+  features_[i].set_Z(features_[i].point_.take(estimator_->estimate(id)));
 }
 
 }  // namespace depthservo

@@ -19,8 +19,8 @@ bool isHeldAtNearEnd(const DepthEstimate& e, const DepthRange& range) {
 PointFeatures::PointFeatures(std::size_t count, const DepthRange& range) : features_(count) {
   found_.reserve(count);
   for (FeaturePoint& feature : features_) {
-    feature.estimator_ = nullptr;
-    feature.range_ = range;
+    feature.point_.estimator_ = nullptr;
+    feature.point_.blend_ = DepthBlend(range);
   }
 }
 
@@ -55,17 +55,16 @@ void PointFeatures::publish(const PointSetEstimator& estimator,
     if (e.status != DepthStatus::unset && !takesThatOfOthers(e)) {
       caution = std::max(caution, e.Z() / e.cautiousZ());
     }
-    if (features_[i].Z_desired_ > 0) {
-      Z_desiredSum += features_[i].Z_desired_;
+    if (features_[i].point_.desiredDepth() > 0) {
+      Z_desiredSum += features_[i].point_.desiredDepth();
       ++desired;
     }
   }
   for (std::size_t i = 0; i < features_.size(); ++i) {
     FeaturePoint& feature = features_[i];
     const DepthEstimate e = estimateOf(i);
-    feature.cautionOfGroup_ = caution;
-    feature.Z_desiredOfGroup_ = desired > 0 ? Z_desiredSum / desired : 0;
-    feature.Z_ofOthers_ = takesThatOfOthers(e) ? Z_found : 0;
+    feature.point_.blend_.setGroup(desired > 0 ? Z_desiredSum / desired : 0, caution,
+                                   takesThatOfOthers(e) ? Z_found : 0);
     if (isLate) feature.resetFlags();  // what was measured then is not where the point is now
     feature.publish(e);
   }

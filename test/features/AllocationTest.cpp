@@ -10,9 +10,15 @@
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
+#include "depthservo/features/FeatureDepth.h"
+#include "depthservo/features/FeatureEllipse.h"
+#include "depthservo/features/FeatureLine.h"
+#include "depthservo/features/FeatureLuminance.h"
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/features/FeaturePoint.h"
 #include "depthservo/features/FeaturePointGroup.h"
+#include "depthservo/features/FeaturePointPolar.h"
+#include "depthservo/features/FeatureSegment.h"
 #include "depthservo/visp/using.h"
 #include "support/AllocationCounter.h"
 
@@ -105,6 +111,54 @@ TEST(Allocations, noneInObserveOfAFeature) {
     s.observe(i % 501 == 0 ? wrong : v, kDt);
   }
   EXPECT_EQ(test::allocations() - before, 0u);
+}
+
+/// \param set what the image shows, by one number; rubbish now and then
+template <typename Feature, typename Set>
+void expectNoAllocations(Feature& s, int iterations, const Set& set) {
+  vpColVector v(6, 0.), wrong(3, 0.);
+  const std::size_t before = test::allocations();
+  for (int i = 0; i < iterations; ++i) {
+    v[0] = twistAt(i).linear.x();
+    if (i % 7 != 0) set(s, measurementAt(i).x);
+    s.observe(i % 501 == 0 ? wrong : v, kDt);
+  }
+  EXPECT_EQ(test::allocations() - before, 0u);
+}
+
+TEST(Allocations, noneInObserveOfTheOtherFeatures) {
+  constexpr int kFewer = 20000;
+  FeaturePointPolar polar;
+  expectNoAllocations(polar, kFewer, [](auto& s, double x) { s.set_rho(x), s.set_theta(.1); });
+  FeatureDepth depth;
+  depth.setDesiredDepth(1);
+  expectNoAllocations(depth, kFewer, [](auto& s, double x) { s.set_x(x), s.set_y(.1); });
+  FeatureSegment segment;
+  segment.buildFrom(.1, .1, 1, -.1, .1, 1);
+  expectNoAllocations(segment, kFewer, [](auto& s, double x) {
+    s.setXc(x), s.setYc(.1), s.setL(.2), s.setAlpha(.3);
+  });
+  FeatureLine line;
+  expectNoAllocations(line, kFewer, [](auto& s, double x) { s.setRhoTheta(x, .4); });
+  for (const EllipseShape shape : {EllipseShape::planar, EllipseShape::sphere}) {
+    FeatureEllipse ellipse(shape);
+    expectNoAllocations(ellipse, kFewer,
+                        [](auto& s, double x) { s.buildFrom(x, .1, .01, .001, .02); });
+  }
+}
+
+TEST(Allocations, noneInObserveOfLuminance) {
+  vpImage<unsigned char> image(40, 50);
+  vpCameraParameters cam(100, 100, 25, 20);
+  FeatureLuminance s;
+  s.init(40, 50, 1);
+  s.setCameraParameters(cam);
+  expectNoAllocations(s, 500, [&](auto& f, double x) {
+    for (unsigned i = 0; i < image.getSize(); ++i) {
+      image.bitmap[i] = static_cast<unsigned char>(100 + 50 * std::sin(.2 * (i % 50) + 20 * x));
+    }
+    f.buildFrom(image);
+  });
 }
 
 TEST(Allocations, noneInObserveOfAGroup) {

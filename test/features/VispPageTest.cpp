@@ -30,9 +30,14 @@ namespace {
 #include "visp_md/5.inc"
 }
 
-[[maybe_unused]] void moments(vpServo& task, vpColVector& v, double dt){
+[[maybe_unused]] void moments(vpServo& task, vpColVector& v, double dt) {
 #include "depthservo/visp/using.h"
 #include "visp_md/6.inc"
+}
+
+[[maybe_unused]] void plane(const depthservo::PointFeatures& points,
+                            vpFeatureMomentDatabase& features){
+#include "visp_md/7.inc"
 }
 
 TEST(VispPage, estimatorsOfTheFeaturesAreMade) {

@@ -10,6 +10,7 @@
 
 #include "depthservo/motion/Motion.h"
 #include "depthservo/sequence/Sequence.h"
+#include "depthservo/visp/using.h"
 #include "support/InputErrors.h"
 #include "support/Random.h"
 #include "support/TemporaryFolder.h"

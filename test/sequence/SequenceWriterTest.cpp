@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "depthservo/sequence/SequenceWriter.h"
+#include "depthservo/visp/using.h"
 #include "support/InputErrors.h"
 #include "support/Random.h"
 #include "support/TemporaryFolder.h"

@@ -30,6 +30,8 @@ class FourPointScene {
     robot_.setPosition(wMc);
   }
 
+  vpHomogeneousMatrix cMo() { return robot_.getPosition().inverse(); }
+
   /// Point i as the camera sees it now: get_x(), get_y(), get_Z().
   vpPoint seen(std::size_t i) { return at(i, robot_.getPosition().inverse()); }
   vpPoint desired(std::size_t i) const { return at(i, vpHomogeneousMatrix(0, 0, .5, 0, 0, 0)); }

@@ -5,20 +5,13 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "depthservo/features/PointFeatures.h"
+#include "depthservo/features/ObservedPlane.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
 
 /// What the interaction matrix of FeatureMoments rests on.
-enum class MomentsPlane {
-  unset,           ///< no points yet
-  fitted,          ///< the plane through the points at their depths
-  frontoParallel,  ///< they do not determine one (nearly collinear, or depths that put a point
-                   ///< behind the camera): the plane at their mean depth, facing the camera
-  unusable,        ///< points that all coincide, or not finite: the features before are kept
-};
-const char* toString(MomentsPlane plane);
+using MomentsPlane = PlaneStatus;
 
 /// Three features of a planar set of n points, for vpServo beside (or instead of) FeaturePoint:
 ///
@@ -26,8 +19,7 @@ const char* toString(MomentsPlane plane);
 ///
 /// all in normalised coordinates: where the object is, and how far away (Chaumette 2004; De Luca,
 /// Oriolo, Robuffo Giordano 2008, sec. 7.3). The interaction matrix is exact for points on the
-/// plane 1/Z = A x + B y + C, fitted to the observed inverse depths by least squares with the
-/// weights 1/sigma_chi^2, at every image.
+/// plane 1/Z = A x + B y + C, an ObservedPlane fitted to the observed points at every image.
 ///
 ///     FeaturePointGroup points(ObjectDepthObserver(4), 4);
 ///     FeatureMoments s(0.2), sd(0.2);
@@ -73,11 +65,12 @@ class FeatureMoments : public DEPTHSERVO_VISP vpBasicFeature {
   double area() const { return area_; }     ///< a [-]
 
   /// (A, B, C) of 1/Z = A x + B y + C [1/m].
-  const Eigen::Vector3d& plane() const { return plane_; }
-  MomentsPlane planeStatus() const { return status_; }
+  const Eigen::Vector3d& plane() const { return plane_.abc(); }
+  MomentsPlane planeStatus() const { return plane_.status(); }
+  const ObservedPlane& observedPlane() const { return plane_; }
 
   /// Depth of the plane at the barycentre [m].
-  double Z() const { return 1 / plane_.dot(Eigen::Vector3d(s[0], s[1], 1)); }
+  double Z() const { return 1 / plane_.chiAt(s[0], s[1]); }
 
   /// Bits for vpServo::addFeature.
   static unsigned selectXg() { return FEATURE_LINE[0]; }
@@ -98,13 +91,12 @@ class FeatureMoments : public DEPTHSERVO_VISP vpBasicFeature {
                unsigned int thickness = 1) const override;
 
  private:
-  template <typename PointAt>
-  void compute(std::size_t count, const PointAt& pointAt);
+  template <typename Points>
+  void compute(const Points& points);
 
   double scale_;
   double area_ = 0;
-  Eigen::Vector3d plane_ = Eigen::Vector3d::UnitZ();
-  MomentsPlane status_ = MomentsPlane::unset;
+  ObservedPlane plane_;
   Eigen::Matrix<double, 3, 6> L_ = Eigen::Matrix<double, 3, 6>::Zero();  // of the three features
 };
 

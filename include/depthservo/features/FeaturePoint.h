@@ -3,21 +3,11 @@
 #include <visp3/core/vpCameraParameters.h>
 #include <visp3/visual_features/vpFeaturePoint.h>
 
-#include <memory>
-
-#include "depthservo/depth/DepthEstimator.h"
-#include "depthservo/depth/ErrorProfile.h"
+#include "depthservo/features/ObservedPoint.h"
 #include "depthservo/motion/ToldMotion.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
-
-/// Which depth a task is given.
-enum class ServoDepth {
-  blended,  ///< the estimate blended with the desired depth; cautious while the estimate is
-            ///< doubtful
-  observed  ///< the estimate as it is, however vague: the first commands may be many times too fast
-};
 
 /// A vpFeaturePoint that observes its own depth. In an existing ViSP loop the type changes and one
 /// line is new:
@@ -50,7 +40,7 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
  public:
   /// Observes with an InverseDepthFilter that considers the errors of ErrorProfile::arm(): precise
   /// joints, a camera mounted by hand. For other robots see `setErrors`.
-  FeaturePoint();
+  FeaturePoint() = default;
 
   /// Observes with a copy of `estimator`. \param range depths that may reach ViSP [m]
   explicit FeaturePoint(const DepthEstimator& estimator, const DepthRange& range = {});
@@ -62,7 +52,7 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   /// What errs on this robot, and so what sigma contains: ErrorProfile::typical() for wheels and a
   /// gyro, ErrorProfile() for a perfect robot. Replaces the estimator; call it before the first
   /// `observe`, later calls start the depth anew at the estimate.
-  void setErrors(const ErrorProfile& errors);
+  void setErrors(const ErrorProfile& errors) { point_.setErrors(errors); }
 
   /// Takes the camera twist (6: vx vy vz wx wy wz [m/s, rad/s], camera frame) that was applied for
   /// dt [s] since the previous image, and the x and y set since then. A twist of another size, a
@@ -78,27 +68,29 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   /// Fuses a depth measured now, e.g. by a range sensor. \param Z, sigma_Z [m], > 0 \rtsafe
   void setDepth(double Z, double sigma_Z);
 
-  /// Depth at the goal, Z* [m]. While the observed depth is vague the servo uses a blend of both,
-  /// weighted by their variances (that of the desired one being 0.7/Z); `estimate()` is never
+  /// The depth at the goal, Z* [m]. While the observed depth is vague the servo uses a blend of
+  /// both, weighted by their variances (that of the desired one being 0.7/Z); `estimate()` is never
   /// blended. Without this call the depth of the desired feature met in `error` serves, if it was
   /// set: ViSP's default of 1 m says nothing. \rtsafe
-  void setDesiredDepth(double Z);
+  void setDesiredDepth(double depth) { point_.setDesiredDepth(depth); }
 
   /// What the servo is given while the observed depth is vague. `blended` (default): while
   /// `DepthEstimate::isDoubtful` no depth beyond the larger of Z* and the near end of the interval;
   /// without Z* the near end alone. Doubt slows the robot down, never up. `observed`: the estimate
   /// as it is. \rtsafe
-  void setServoDepth(ServoDepth choice) { servoDepthChoice_ = choice; }
+  void setServoDepth(ServoDepth choice) { point_.setServoDepth(choice); }
 
   /// How the camera may move while its motion is unknown. \rtsafe
   void setUnknownMotion(const UnknownMotion& bounds) { motion_.setBounds(bounds); }
 
   /// Image noise: standard deviation per axis [px], > 0. Default 8e-4 normalised (0.5 px at 600
   /// px). \rtsafe
-  void setNoise(double sigma_px, const DEPTHSERVO_VISP vpCameraParameters& cam);
+  void setNoise(double sigma_px, const DEPTHSERVO_VISP vpCameraParameters& cam) {
+    point_.setNoise(sigma_px, cam);
+  }
 
   /// The point and its depth at the last `observe`; status `unset` before the first.
-  const DepthEstimate& estimate() const { return estimate_; }
+  const DepthEstimate& estimate() const { return point_.estimate(); }
 
   /// True when the task computes errors with this feature without ever asking for its interaction
   /// matrix, as vpServo does in its default mode DESIRED and in USER_DEFINED: the observed depth is
@@ -113,8 +105,8 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
 
   /// Images since the first `observe` before which a depth was set, and those of them that started
   /// the depth anew.
-  unsigned depthsSet() const { return depthsSet_; }
-  unsigned restarts() const { return restarts_; }
+  unsigned depthsSet() const { return point_.depthsSet(); }
+  unsigned restarts() const { return point_.restarts(); }
 
   void init() override;
   FeaturePoint* duplicate() const override;
@@ -136,41 +128,15 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   friend class PointFeatures;
 
   /// What the user has set since the last `observe`.
-  bool hasNewPoint() const { return flags[0] && flags[1]; }
-  bool takesNewDepth();
-  PointMeasurement measurement() const { return {s[0], s[1], sigma_}; }
+  ShownPoint shown() const { return {get_x(), get_y(), get_Z(), flags[0] && flags[1]}; }
 
-  void start(const PointMeasurement& at, const DepthPrior& prior);
+  /// Hands a point to ViSP and forgets what was set.
+  void show(const ShownPoint& point);
+  void publish(const DepthEstimate& estimate);  // of a group
 
-  /// Hands an estimate to ViSP and forgets what was set.
-  void publish(const DepthEstimate& estimate);
-  void publishDepth(const DepthEstimate& estimate);  // the same, of the depth alone
-  double servoDepth() const;
-
-  void considerErrors();
-
-  std::unique_ptr<DepthEstimator> estimator_;  // none in a group, which has one for all
-  bool hasErrors_ = false;                     // it is an InverseDepthFilter that considers errors_
-  ErrorProfile errors_;
-  double focal_px_;
-  DepthRange range_;
-  DepthEstimate estimate_;
-  double sigma_;          // image noise, normalised
-  double Z_written_;      // by `publish`; any other value was set by the user
-  double Z_usable_;       // the last value that ViSP can use
-  double Z_desired_ = 0;  // [m]; 0 when unknown
-  // Of a group: the mean of the desired depths that are known, and the largest ratio of a depth to
-  // its cautiousZ, so that depths in doubt keep their proportions. The median of those that are
-  // found, where this one has run to the near end of the range; else 0.
-  double Z_desiredOfGroup_ = 0, cautionOfGroup_ = 1, Z_ofOthers_ = 0;
-  ServoDepth servoDepthChoice_ = ServoDepth::blended;
-  bool desiredIsGiven_ = false;  // by setDesiredDepth
+  ObservedPoint point_;
   bool interactionAsked_ = false, depthUnused_ = false;
   ToldMotion motion_;
-  double Z_told_;  // the last depth that the user has set [m]
-  bool wasDepthSet_ = false,
-       isDepthSetAlways_ = false;  // before the last image; at images in a row
-  unsigned depthsSet_ = 0, restarts_ = 0;
 };
 
 }  // namespace depthservo

@@ -1,0 +1,160 @@
+#include "depthservo/features/FeatureEllipse.h"
+
+#include <cmath>
+
+#include "depthservo/visp/using.h"
+#include "features/EllipseModel.h"
+#include "features/ShapeFilter.h"
+#include "features/SphereModel.h"
+
+namespace depthservo {
+namespace {
+
+/// An ellipse that a camera can see, with an inside.
+bool isEllipse(const Eigen::Matrix<double, 5, 1>& s) {
+  const bool isNear = s.allFinite() && s.head<2>().cwiseAbs().maxCoeff() <= 1e3 &&
+                      s.tail<3>().cwiseAbs().maxCoeff() <= 1e3;
+  return isNear && s[2] > 1e-12 && s[4] > 1e-12 && s[2] * s[4] > s[3] * s[3];
+}
+
+/// Of the centre as told, of a moment a^2/4 as that of its semi-axis a.
+EllipseModel::Measured varianceOf(const EllipseModel::Measured& s, double sigma) {
+  const double r = sigma * sigma;
+  return (EllipseModel::Measured() << r, r, r * s[2], r * (s[2] + s[4]) / 4, r * s[4]).finished();
+}
+
+}  // namespace
+
+struct FeatureEllipse::Filters {
+  ShapeFilter<EllipseModel> planar;
+  ShapeFilter<SphereModel> sphere;
+};
+
+FeatureEllipse::FeatureEllipse(EllipseShape shape)
+    : filters_(std::make_unique<Filters>()), shape_(shape) {}
+FeatureEllipse::FeatureEllipse(const FeatureEllipse& other) : FeatureEllipse() { *this = other; }
+FeatureEllipse::~FeatureEllipse() = default;
+
+FeatureEllipse& FeatureEllipse::operator=(const FeatureEllipse& other) {
+  if (this == &other) return *this;
+  ObservingFeature::operator=(other);
+  *filters_ = *other.filters_;
+  shape_ = other.shape_;
+  estimate_ = other.estimate_;
+  blend_ = other.blend_;
+  abc_ = other.abc_;
+  Z_guess_ = other.Z_guess_;
+  startsAnew_ = other.startsAnew_;
+  sigma_ = other.sigma_;
+  return *this;
+}
+
+void FeatureEllipse::forget() {
+  filters_->planar.forget();
+  filters_->sphere.forget();
+  estimate_ = {};
+  blend_.forget();
+  abc_ = Eigen::Vector3d::UnitZ();
+  Z_guess_ = 1;
+  startsAnew_ = false;
+}
+
+void FeatureEllipse::setErrors(const ErrorProfile& errors) {
+  filters_->planar.setErrors(errors);
+  filters_->sphere.setErrors(errors);
+  if (estimate_.status == DepthStatus::unset) return;
+  Z_guess_ = estimate_.Z();
+  startsAnew_ = true;
+}
+
+void FeatureEllipse::setNoise(double sigma_px, const vpCameraParameters& cam) {
+  const double sigma = sigma_px / std::sqrt(std::abs(cam.get_px() * cam.get_py()));
+  if (sigma > 0 && std::isfinite(sigma)) sigma_ = sigma;
+}
+
+void FeatureEllipse::setABC(double a, double b, double c) {
+  vpFeatureEllipse::setABC(a, b, c);
+  abc_ << a, b, c;
+  startsAnew_ |= takeGuess(1 / (a * get_x() + b * get_y() + c), Z_guess_);
+}
+
+void FeatureEllipse::buildFrom(double x, double y, double n20, double n11, double n02, double a,
+                               double b, double c) {
+  vpFeatureEllipse::buildFrom(x, y, n20, n11, n02);
+  FeatureEllipse::setABC(a, b, c);
+}
+
+void FeatureEllipse::step(const Motion& motion, const Seen& seen, bool isNew) {
+  const auto advance = [&](auto& filter, const auto& z, const auto& variance) {
+    filter.predict(motion);
+    if (isNew && (startsAnew_ || !filter.isStarted())) {
+      filter.start(z, variance, {Z_guess_});
+      startsAnew_ = false;
+    } else if (isNew) {
+      filter.correct(z, variance);
+    }
+    if (filter.isStarted()) estimate_ = filter.estimate();
+  };
+  if (shape_ == EllipseShape::planar) {
+    advance(filters_->planar, seen, varianceOf(seen, sigma_));
+  } else {
+    const Eigen::Vector3d variance = Eigen::Vector3d::Constant(sigma_ * sigma_);
+    advance(filters_->sphere, isNew ? SphereModel::ofEllipse(seen) : Eigen::Vector3d::Zero().eval(),
+            variance);
+  }
+}
+
+void FeatureEllipse::follow(const Motion& motion) {
+  const Seen seen = (Seen() << get_x(), get_y(), get_n20(), get_n11(), get_n02()).finished();
+  const bool isNew = flags[0] && flags[1] && flags[2] && flags[3] && flags[4] && isEllipse(seen);
+  if (motion.dt > 0) step(motion, seen, isNew);
+  if (estimate_.status == DepthStatus::unset) {
+    if (!seen.allFinite()) vpFeatureEllipse::buildFrom(0, 0, 0, 0, 0);
+    return;
+  }
+  const bool isMeasured = shape_ == EllipseShape::planar ? filters_->planar.isMeasured()
+                                                         : filters_->sphere.isMeasured();
+  if (!isNew || !isMeasured) {
+    const Seen at = predicted();
+    if (isEllipse(at)) vpFeatureEllipse::buildFrom(at[0], at[1], at[2], at[3], at[4]);
+  }
+  if (!seen.allFinite() && !isEllipse(predicted())) vpFeatureEllipse::buildFrom(0, 0, 0, 0, 0);
+  showPlane();
+  resetFlags();
+}
+
+FeatureEllipse::Seen FeatureEllipse::predicted() const {
+  if (shape_ == EllipseShape::planar) return filters_->planar.state().head<5>();
+  return SphereModel::toEllipse(filters_->sphere.state());
+}
+
+/// The plane at the depth for the servo; its tilt counts as far as it is known.
+void FeatureEllipse::showPlane() {
+  const double chi = 1 / blend_.of(estimate_);
+  if (shape_ == EllipseShape::sphere) {
+    abc_ = SphereModel::plane(filters_->sphere.state(), chi);
+  } else {
+    const auto& x = filters_->planar.state();
+    const double known = estimate_.chi * estimate_.chi;
+    const double variance = filters_->planar.covariance().diagonal().segment<2>(5).sum() / 2;
+    const Eigen::Vector2d tilt = x.segment<2>(5) * chi / estimate_.chi * known / (known + variance);
+    abc_ << tilt, chi - tilt.dot(x.head<2>());
+  }
+  if (!abc_.allFinite()) abc_ << 0, 0, chi;
+  vpFeatureEllipse::setABC(abc_[0], abc_[1], abc_[2]);
+}
+
+void FeatureEllipse::update(const ObservedPlane& plane) {
+  if (plane.status() != PlaneStatus::fitted && plane.status() != PlaneStatus::frontoParallel)
+    return;
+  abc_ = plane.abc();
+  vpFeatureEllipse::setABC(abc_[0], abc_[1], abc_[2]);
+}
+
+void FeatureEllipse::describe(std::ostream& out) const {
+  if (estimate_.status == DepthStatus::unset) return;
+  out << "Observed: Z=" << estimate_.Z() << " sigma_Z=" << estimate_.sigma_Z() << " ("
+      << estimate_.status << ")" << std::endl;
+}
+
+}  // namespace depthservo
