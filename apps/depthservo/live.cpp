@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "Interruption.h"
+#include "Recording.h"
 #include "View.h"
 #include "commands.h"
 #include "depthservo/observation/words.h"
@@ -52,7 +53,7 @@ std::unique_ptr<View> viewOf(const LiveArguments& arguments, const LiveOptions& 
 
 /// \param metrics of all frames; the log may have the last ones only
 void finish(const LiveArguments& arguments, const RunLog& log, const Metrics& metrics,
-            RunRecorder& recorder) {
+            Recording& recorder) {
   recorder.finish(log);
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   printTable(log, metrics);
@@ -67,7 +68,7 @@ void finish(const LiveArguments& arguments, const RunLog& log, const Metrics& me
 class LiveWatcher : public RunWatcher {
  public:
   /// \param view may be null \param shown the log while the window draws
-  LiveWatcher(View* view, const RunLog*& shown, MetricsMeter& meter, RunRecorder& recorder,
+  LiveWatcher(View* view, const RunLog*& shown, MetricsMeter& meter, Recording& recorder,
               const std::atomic<bool>& stop)
       : view_(view), shown_(shown), meter_(meter), recorder_(recorder), stop_(stop) {}
 
@@ -94,7 +95,7 @@ class LiveWatcher : public RunWatcher {
   View* view_;
   const RunLog*& shown_;
   MetricsMeter& meter_;
-  RunRecorder& recorder_;
+  Recording& recorder_;
   const std::atomic<bool>& stop_;
 };
 
@@ -124,7 +125,7 @@ int watchLive(const LiveArguments& arguments) {
   video.width = options.camera.width;
   video.height = options.camera.height;
   if (!arguments.times.empty()) video.times = readTimes(arguments.times);
-  RunRecorder recorder(arguments.files);  // first: it takes signals to itself
+  Recording recorder(arguments.files);  // first: it takes signals to itself
   const std::atomic<bool>& stop = stopOnInterruption();
   video.stop = &stop;
   VideoSource images(arguments.source, video);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "ProgressBar.h"
+#include "Recording.h"
 #include "commands.h"
 #include "depthservo/experiments/Baseline.h"
 #include "depthservo/experiments/FocalReplay.h"
@@ -134,7 +135,7 @@ int replayCommands(const ReplayArguments& arguments, const Sequence& sequence,
   {
     RunProgress progress("replay " + sequence.name(), sequence.frames().front().time_s,
                          sequence.frames().back().time_s);
-    RunRecorder recorder(arguments.files, &progress);
+    Recording recorder(arguments.files, &progress);
     replay = replayLaw(sequence, options, law, &recorder);
     recorder.finish(replay.log);
   }
@@ -181,7 +182,7 @@ int replaySequence(const ReplayArguments& arguments) {
   {
     RunProgress progress("replay " + sequence.name(), sequence.frames().front().time_s,
                          sequence.frames().back().time_s);
-    RunRecorder recorder(arguments.files, &progress);
+    Recording recorder(arguments.files, &progress);
     log = replay(sequence, options, &recorder);
     recorder.finish(log);
   }

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "ProgressBar.h"
+#include "Recording.h"
 #include "TagLines.h"
 #include "View.h"
 #include "commands.h"
@@ -102,7 +103,7 @@ int runScenario(const RunArguments& arguments) {
   RunLog log;
   {
     Audience audience(scenario, std::move(view));
-    RunRecorder recorder(arguments.files, &audience);
+    Recording recorder(arguments.files, &audience);
     log = run(scenario, &recorder);
     recorder.finish(log);
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "Interruption.h"
+#include "Recording.h"
 #include "View.h"
 #include "commands.h"
 #include "depthservo/observation/words.h"
@@ -233,7 +234,7 @@ int servoRobot(ServoArguments& a) {
   if (!a.out.empty()) requireNewRunFolder(a.out);
   std::unique_ptr<SequenceRecorder> recorder;  // first: it takes signals to itself
   if (!a.record.empty()) recorder = std::make_unique<SequenceRecorder>(a.record);
-  RunRecorder files(a.files, recorder.get());
+  Recording files(a.files, recorder.get());
   const std::atomic<bool>& stop = stopOnInterruption();
   a.video.width = taught.camera.width;
   a.video.height = taught.camera.height;

@@ -26,9 +26,9 @@ class Trajectory {
   bool isMotionKnown() const { return isKnown_; }
   bool hasBegun() const { return hasBegun_; }  ///< there was an image before
 
-  void add(const RunFrame& frame) {
+  void add(const RecordedFrame& frame) {
     const FrameRecord& record = frame.record;
-    takeRows(frame.rig);
+    takeRows(frame);
     hasBegun_ = !std::isnan(last_s_);
     if (!hasBegun_ && frame.exposure.wMc) wMc_ = *frame.exposure.wMc;
     isKnown_ = hasBegun_ && isKnown(frame);
@@ -44,9 +44,9 @@ class Trajectory {
   }
 
  private:
-  void takeRows(const Rig& rig) {
-    if (rows_.size() == 0) rows_.setMeaning(rig.source().rows);
-    const auto& rows = rig.odometry();
+  void takeRows(const RecordedFrame& frame) {
+    if (rows_.size() == 0) rows_.setMeaning(frame.rows);
+    const auto& rows = frame.odometry;
     auto row = std::upper_bound(rows.begin(), rows.end(), lastRow_s_,
                                 [](double t, const OdometryRow& r) { return t < r.time_s; });
     for (; row != rows.end(); ++row) {
@@ -56,7 +56,7 @@ class Trajectory {
   }
 
   /// A rig without rows takes the motion from its target: a twist of zero is none.
-  bool isKnown(const RunFrame& frame) const {
+  bool isKnown(const RecordedFrame& frame) const {
     const double now_s = frame.record.time_s;
     if (rows_.size() > 0) return rows_.coverage(last_s_, now_s) == Coverage::complete;
     const Twist& twist = frame.record.twist;
@@ -83,7 +83,7 @@ class McapRun {
  public:
   explicit McapRun(const std::string& file) : place_(file), writer_(file) {}
 
-  void add(const RunFrame& frame, const Trajectory& trajectory) {
+  void add(const RecordedFrame& frame, const Trajectory& trajectory) {
     const FrameRecord& record = frame.record;
     const double time_s = record.time_s;
     const PinholeCamera& camera = frame.log.camera;
@@ -201,12 +201,11 @@ struct RunRecorder::Parts {
   Trajectory trajectory;
 };
 
-RunRecorder::RunRecorder(const RecordingFiles& files, RunWatcher* next)
-    : parts_(std::make_unique<Parts>(files)), next_(next) {}
+RunRecorder::RunRecorder(const RecordingFiles& files) : parts_(std::make_unique<Parts>(files)) {}
 
 RunRecorder::~RunRecorder() = default;
 
-bool RunRecorder::onFrame(const RunFrame& frame) {
+void RunRecorder::add(const RecordedFrame& frame) {
   Parts& p = *parts_;
   p.trajectory.add(frame);
   if (p.tum) {
@@ -216,7 +215,6 @@ bool RunRecorder::onFrame(const RunFrame& frame) {
     p.tum->write(tumRow(frame.record.time_s, p.trajectory.pose()));
   }
   if (p.mcap) p.mcap->add(frame, p.trajectory);
-  return !next_ || next_->onFrame(frame);
 }
 
 void RunRecorder::finish(const RunLog& log) {

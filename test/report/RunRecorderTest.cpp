@@ -206,18 +206,7 @@ std::string fromBase64(const std::string& text) {
   return bytes;
 }
 
-class NoRig : public Rig {
- public:
-  const ObservedSource& source() const override { return source_; }
-  std::optional<Exposure> next(Listener*) override { return std::nullopt; }
-  void readOdometry(MotionBuffer&, double) override {}
-  const std::vector<OdometryRow>& odometry() const override { return rows_; }
-  double time() const override { return 0; }
-
- private:
-  ObservedSource source_;
-  std::vector<OdometryRow> rows_;
-};
+const std::vector<OdometryRow> kNoRows;
 
 DEPTHSERVO_VISP vpImage<unsigned char> imageOf(int k) {
   DEPTHSERVO_VISP vpImage<unsigned char> image(48, 64);
@@ -230,7 +219,6 @@ DEPTHSERVO_VISP vpImage<unsigned char> imageOf(int k) {
 /// Tells the log image by image, as a run does.
 void tell(const RunLog& whole, const RecordingFiles& files) {
   RunRecorder recorder(files);
-  const NoRig rig;
   RunLog log = whole;
   log.frames.clear();
   log.events.clear();
@@ -243,7 +231,7 @@ void tell(const RunLog& whole, const RecordingFiles& files) {
     for (const Event& event : whole.events) {
       if (event.time_s == frame.time_s) log.events.push_back(event);
     }
-    EXPECT_TRUE(recorder.onFrame({log.frames.back(), exposure, log, rig}));
+    recorder.add({log.frames.back(), exposure, log, kNoRows, RowMeaning::hold});
   }
   recorder.finish(whole);
 }
@@ -412,7 +400,7 @@ TEST(RunRecorder, file_appears_whole_or_not_at_all) {
   {
     RunRecorder recorder({folder / "a.mcap", folder / "a.tum"});
     RunLog log = movingLog();
-    EXPECT_TRUE(recorder.onFrame({log.frames[0], Exposure{}, log, NoRig()}));
+    recorder.add({log.frames[0], Exposure{}, log, kNoRows, RowMeaning::hold});
     EXPECT_FALSE(std::filesystem::exists(folder / "a.mcap"));
   }
   EXPECT_TRUE(folder.isEmpty());
@@ -431,7 +419,7 @@ TEST(RunRecorder, mcap_file_has_no_time_before_zero) {
   RunLog log = movingLog();
   log.frames[0].time_s = -0.5;
   EXPECT_TRUE(isRefusal(inputErrorOf([&] {
-                          recorder.onFrame({log.frames[0], Exposure{}, log, NoRig()});
+                          recorder.add({log.frames[0], Exposure{}, log, kNoRows, RowMeaning::hold});
                         }),
                         {"a.mcap", "-0.5"}));
 }

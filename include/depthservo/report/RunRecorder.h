@@ -2,8 +2,10 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
-#include "depthservo/rig/observe.h"
+#include "depthservo/observation/Exposure.h"
+#include "depthservo/observation/RunLog.h"
 
 namespace depthservo {
 
@@ -11,6 +13,15 @@ namespace depthservo {
 struct RecordingFiles {
   std::string mcap;  ///< all that is seen and found, for Foxglove and its kin
   std::string tum;   ///< the camera's trajectory, for evo
+};
+
+/// What a run shows with an image.
+struct RecordedFrame {
+  const FrameRecord& record;
+  const Exposure& exposure;
+  const RunLog& log;                         ///< up to and including this frame, or its last part
+  const std::vector<OdometryRow>& odometry;  ///< of the rig, at least since the image before
+  RowMeaning rows;                           ///< what they mean
 };
 
 /// Writes what a run shows, image by image, as files that others' tools open; see doc/formats.md.
@@ -21,14 +32,14 @@ struct RecordingFiles {
 /// where that is known, where the camera truly was.
 ///
 /// Each appears whole or not at all. Equal runs give equal bytes.
-class RunRecorder : public RunWatcher {
+class RunRecorder {
  public:
-  /// \param next watches, too; may be null \throw InputError a file exists or cannot be written
-  explicit RunRecorder(const RecordingFiles& files, RunWatcher* next = nullptr);
-  ~RunRecorder() override;
+  /// \throw InputError a file exists or cannot be written
+  explicit RunRecorder(const RecordingFiles& files);
+  ~RunRecorder();
 
   /// \throw InputError an image is older than the epoch; \throw Interrupted
-  bool onFrame(const RunFrame& frame) override;
+  void add(const RecordedFrame& frame);
 
   /// Makes the files appear. \param log of the whole run, or of its end \throw InputError,
   /// Interrupted
@@ -37,7 +48,6 @@ class RunRecorder : public RunWatcher {
  private:
   struct Parts;
   std::unique_ptr<Parts> parts_;
-  RunWatcher* next_;
 };
 
 }  // namespace depthservo
