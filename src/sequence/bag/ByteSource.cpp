@@ -19,7 +19,7 @@ void ByteSource::require(std::uint64_t offset, std::uint64_t count) const {
   throw BagFault(fmt::format("{} bytes are expected at byte {} of {}", count, offset, size()));
 }
 
-FileBytes::FileBytes(const std::string& path) : file_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+FileBytes::FileBytes(const std::string& path) : file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
   if (file_ < 0) {
     throw InputError({path, 0, ""}, errno == ENOENT
                                         ? "there is no such file" + didYouMeanFile(path)
