@@ -7,8 +7,8 @@
 namespace depthservo {
 namespace {
 
-/// Ends nearer than this [-] have no direction: the segment before is kept.
-constexpr double kShortest = 1e-9;
+/// Ends nearer than this [-] have no direction: they are drawn apart.
+constexpr double kShortest = 1e-6;
 
 }  // namespace
 
@@ -44,9 +44,12 @@ void FeatureSegment::follow(const Motion& motion) {
     isMoved |= end[i].x != before[i].x || end[i].y != before[i].y;
   }
   const bool isObserved = ends_[0].isObserved() && ends_[1].isObserved();
-  if (!(std::hypot(end[0].x - end[1].x, end[0].y - end[1].y) > kShortest)) {
-    if (!isObserved && isMoved) buildFrom(.5, 0, end[0].Z, -.5, 0, end[1].Z);  // it was no segment
-  } else if (isMoved) {
+  const bool isShort = !(std::hypot(end[0].x - end[1].x, end[0].y - end[1].y) > kShortest);
+  if (isShort) {
+    end[0].x += kShortest;
+    end[1].x -= kShortest;
+  }
+  if (isMoved || isShort) {
     buildFrom(end[0].x, end[0].y, end[0].Z, end[1].x, end[1].y, end[1].Z);
   }
   showDepths(end[0].Z, end[1].Z);
