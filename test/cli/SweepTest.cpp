@@ -64,7 +64,8 @@ TEST_F(SweepTool, loses_nothing_and_does_nothing_twice_when_it_is_killed) {
   const Result last = sweep("killed");
   ASSERT_EQ(last.exitCode, 0) << last.err;
   EXPECT_EQ(csv("killed"), csv("whole"));
-  EXPECT_EQ(std::count(csv("whole").begin(), csv("whole").end(), '\n'), 1601);
+  const std::string whole = csv("whole");
+  EXPECT_EQ(std::count(whole.begin(), whole.end(), '\n'), 1601);
   const Result again = sweep("killed");
   EXPECT_EQ(again.err.find(" per second"), std::string::npos) << "ran again: " << again.err;
 }
