@@ -52,7 +52,7 @@ void print(const RecordingInfo& info) {
   if (info.bytes > 0) fmt::print(", {:.3g} MB", 1e-6 * static_cast<double>(info.bytes));
   fmt::print("\n");
   for (const RecordedTopic& topic : info.topics) printTopic(topic);
-  for (const RecordedFrame& frame : info.frames) {
+  for (const FrameInfo& frame : info.frames) {
     const Eigen::Vector3d p = frame.pose.translation(), rpy = rpyOf(frame.pose.linear());
     fmt::print("  frame {} in {}: xyz {:.4g} {:.4g} {:.4g} m, rpy {:.4g} {:.4g} {:.4g} rad{}\n",
                frame.name, frame.parent, p.x(), p.y(), p.z(), rpy.x(), rpy.y(), rpy.z(),
@@ -93,7 +93,7 @@ void printJson(const RecordingInfo& info) {
   auto& topics = json["topics"] = nlohmann::ordered_json::array();
   for (const RecordedTopic& topic : info.topics) topics.push_back(toJson(topic));
   auto& frames = json["frames"] = nlohmann::ordered_json::array();
-  for (const RecordedFrame& frame : info.frames) {
+  for (const FrameInfo& frame : info.frames) {
     const Eigen::Vector3d p = frame.pose.translation(), rpy = rpyOf(frame.pose.linear());
     frames.push_back({{"name", frame.name},
                       {"parent", frame.parent},

@@ -31,7 +31,7 @@ struct RecordedTopic {
 };
 
 /// Where a coordinate frame stands.
-struct RecordedFrame {
+struct FrameInfo {
   std::string name, parent;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the parent, at first
   bool isStill = true;
@@ -42,7 +42,7 @@ struct RecordingInfo {
   std::string path, kind;
   std::uint64_t bytes = 0;  ///< of a bag
   std::vector<RecordedTopic> topics;
-  std::vector<RecordedFrame> frames;
+  std::vector<FrameInfo> frames;
   std::optional<PinholeCamera> camera;
   std::vector<std::string> notes;  ///< what was left out or assumed, one sentence each
   std::string missing;             ///< why it cannot be replayed; empty: it can
