@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "depthservo/motion/Motion.h"
@@ -19,7 +18,7 @@
 #include "sequence/cameraFiles.h"
 #include "sequence/dataSets.h"
 #include "sequence/frameFolder.h"
-#include "sequence/rowMeanings.h"
+#include "sequence/sequenceSettings.h"
 #include "text/StrictYaml.h"
 #include "text/TextTable.h"
 
@@ -36,51 +35,6 @@ constexpr Range kDepths = Range::above(0, 1e6);  // m
 constexpr Range kSpeeds{-1e3, 1e3};              // m/s or rad/s
 constexpr Range kRates = Range::above(0, 1e5);   // Hz
 
-/// "xyz" [m] and "quaternion" [qx, qy, qz, qw]; the identity where they are missing.
-Eigen::Isometry3d poseIn(const StrictMapping& read) {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  if (read.has("xyz")) {
-    const std::vector<double> p = read.numbers("xyz", 3, {-100, 100}, "m");
-    pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
-  }
-  if (read.has("quaternion")) {
-    const std::vector<double> q = read.numbers("quaternion", 4, {-1.1, 1.1}, "");
-    const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
-    if (!(std::abs(rotation.norm() - 1) < 0.02)) {
-      read.fail("quaternion",
-                fmt::format("[qx, qy, qz, qw] has the norm {}, expected 1", rotation.norm()));
-    }
-    pose.linear() = rotation.normalized().toRotationMatrix();
-  }
-  return pose;
-}
-
-/// "tags" of a target: family, and a list of {id, size, xyz, quaternion}.
-AprilTagTarget readTags(const StrictMapping& target) {
-  AprilTagTarget tags;
-  if (target.has("family")) tags.family = target.text("family");
-  const std::vector<std::string> families = aprilTagFamilies();
-  if (std::find(families.begin(), families.end(), tags.family) == families.end()) {
-    target.fail("family",
-                fmt::format("there is no AprilTag family {}; the nearest is '{}'",
-                            detail::quoted(tags.family), nearestWord(tags.family, families)));
-  }
-  const int count = aprilTagCount(tags.family);
-  std::set<int> ids;
-  for (const detail::YamlValue& item : target.list("tags").items) {
-    const StrictMapping read(item, target.file(), target.pathOf("tags"),
-                             {"id", "size", "xyz", "quaternion"});
-    AprilTagTarget::Tag tag;
-    tag.id = static_cast<int>(read.integer("id", {0, count - 1.0}, ""));
-    if (!ids.insert(tag.id).second) read.fail("id", fmt::format("tag {} is there twice", tag.id));
-    if (read.has("size")) tag.size = read.number("size", Range::above(0, 10), "m");
-    tag.oMt = poseIn(read);
-    tags.tags.push_back(tag);
-  }
-  if (tags.tags.empty()) target.fail("tags", "expected at least 1 tag");
-  return tags;
-}
-
 bool exists(const std::string& path) {
   std::error_code error;
   return fs::exists(fs::symlink_status(path, error));
@@ -94,82 +48,7 @@ std::vector<double> timesOf(const std::vector<Timed>& list) {
   return times;
 }
 
-const std::vector<std::string>& settingsKeys() {
-  static const std::vector<std::string> keys = {"name",   "depth_scale", "rows",       "target",
-                                                "dots",   "images",      "image_bits", "taught",
-                                                "replay", "hand_eye"};
-  return keys;
-}
-
-/// Pose of the camera on the hand of an arm, whose poses the ground truth has; the identity: they
-/// are the camera's own.
-Eigen::Isometry3d handEyeIn(const std::string& file) {
-  const detail::YamlValue root = detail::loadYaml(file);
-  const StrictMapping settings(root, file, "", settingsKeys());
-  if (!settings.has("hand_eye")) return Eigen::Isometry3d::Identity();
-  return poseIn(settings.mapping("hand_eye", {"xyz", "quaternion"}));
-}
-
-SequenceTarget targetOf(const StrictMapping& settings) {
-  SequenceTarget seen;
-  if (settings.has("target")) {
-    const StrictMapping target =
-        settings.mapping("target", {"type", "points", "radius", "family", "tags"});
-    const std::string type = target.has("type") ? target.text("type") : "dots";
-    if (type != "dots" && type != "apriltag") target.fail("type", "expected dots or apriltag");
-    const bool hasTags = type == "apriltag";
-    for (const char* key : {"points", "radius"}) {
-      if (hasTags && target.has(key)) target.fail(key, "is for type: dots");
-    }
-    for (const char* key : {"family", "tags"}) {
-      if (!hasTags && target.has(key)) target.fail(key, "is for type: apriltag");
-    }
-    if (hasTags) {
-      seen.tags = readTags(target);
-      if (seen.tags->hasSizes()) seen.target.points = seen.tags->corners();
-    } else {
-      for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
-        seen.target.points.emplace_back(point[0], point[1], point[2]);
-      }
-      if (seen.target.points.empty()) target.fail("points", "expected at least 1 point");
-    }
-    if (target.has("radius")) seen.target.radius = target.number("radius", {0, 10}, "m");
-  }
-  if (settings.has("dots")) {
-    for (const auto& dot : settings.rows("dots", 2, kPixels, "px")) {
-      seen.dots.push_back({static_cast<int>(seen.dots.size()), dot[0], dot[1]});
-    }
-    if (!seen.target.points.empty() && seen.dots.size() != seen.target.points.size()) {
-      settings.fail("dots", fmt::format("expected one for each of the {} points of the target, got "
-                                        "{}",
-                                        seen.target.points.size(), seen.dots.size()));
-    }
-  }
-  if (settings.has("replay")) {
-    seen.replay = {settings.file(),
-                   std::make_shared<const detail::YamlValue>(settings.value("replay"))};
-  }
-  if (settings.has("rows")) {
-    const std::string word = settings.text("rows");
-    const auto& words = detail::rowMeanings();
-    seen.rows = detail::valueOf(words, word);
-    if (!seen.rows) settings.fail("rows", detail::unknownWord(word, detail::wordsOf(words)));
-  }
-  return seen;
-}
-
 }  // namespace
-
-SequenceTarget readTarget(const std::string& path) {
-  const detail::YamlValue root = detail::loadYaml(path);
-  const StrictMapping settings(root, path, "", settingsKeys());
-  SequenceTarget seen = targetOf(settings);
-  if (seen.target.points.empty() && seen.dots.empty() && !seen.tags) {
-    settings.fail("target",
-                  "missing: expected target: {type: dots, points: [...]}, or dots: [...]");
-  }
-  return seen;
-}
 
 std::vector<ListedImage> readImageList(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
@@ -218,59 +97,13 @@ Sequence::Sequence(const std::string& folder, const SequenceOptions& options)
 }
 
 void Sequence::readFolder(const SequenceOptions& options) {
-  const std::string& folder = folder_;
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) {
-    throw InputError({folder, 0, ""},
-                     exists(folder) ? "is neither a folder nor a bag"
-                                    : "there is no such folder or bag" + didYouMeanFile(folder));
-  }
-  if (options.fps != 0 && !kRates.contains(options.fps)) {
-    throw InputError({folder, 0, "--fps"},
-                     detail::expectedNumber(kRates, "Hz", fmt::format("{}", options.fps)));
-  }
-  if (!options.topics.empty()) {
-    throw InputError({folder, 0, "--topics"}, "is for bags; this is a folder");
-  }
-  fs::path normal = fs::absolute(folder).lexically_normal();
-  if (!normal.has_filename()) normal = normal.parent_path();
-  name_ = normal.filename().string();
-
-  const std::string settings = inFolder("sequence.yaml"),
-                    list = inFolder(exists(inFolder("rgb.txt")) ? "rgb.txt" : "images.txt"),
-                    tracks = inFolder("tracks.csv"), truth = inFolder("truth.csv"),
-                    depth = inFolder("depth.txt");
-  const bool hasFrames = detail::isFrameFolder(folder_);
-  if (hasFrames) depthScale_ = detail::kFrameFolderScale;
+  requireFolder(options);
+  const std::string settings = inFolder("sequence.yaml"), tracks = inFolder("tracks.csv"),
+                    truth = inFolder("truth.csv"), depth = inFolder("depth.txt");
+  if (detail::isFrameFolder(folder_)) depthScale_ = detail::kFrameFolderScale;
   if (exists(settings)) readSettings(settings, options);
   if (!options.target.empty()) useTarget(readTarget(options.target));
-  const std::string listName = fs::path(list).filename().string();
-  detail::DataSet set;
-  if (exists(list)) {
-    if (hasImages_) {
-      throw InputError({settings, 0, "images"},
-                       fmt::format("the folder has {} as well; remove one", listName));
-    }
-    if (options.fps > 0) {
-      throw InputError({list, 0, "--fps"},
-                       "is for folders of numbered images; " + listName + " has times");
-    }
-    useImages(readImageList(list));
-  } else if (const auto mav0 = detail::eurocFolder(folder_); mav0 && !hasImages_) {
-    if (options.fps > 0) {
-      throw InputError({*mav0, 0, "--fps"}, "is for folders of numbered images; cam0 has times");
-    }
-    set = detail::readEuroc(*mav0);
-    useImages(set.images);
-  } else if (detail::isAssociated(folder_) && !hasImages_) {
-    set = detail::readAssociated(folder_, options.fps);
-    useImages(set.images);
-  } else if (!hasImages_ && hasFrames) {
-    set = detail::readFrameFolder(folder_, options.fps);
-    useImages(set.images);
-  } else if (!hasImages_ && !exists(tracks)) {
-    useImages(detail::plainImageFolder(folder_, options.fps));
-  }
+  detail::DataSet set = findImages(options);
   warnings_ = set.warnings;
   readCamera(options, set.camera);
   if (hasImages_) checkImages();
@@ -281,28 +114,92 @@ void Sequence::readFolder(const SequenceOptions& options) {
   } else if (exists(depth)) {
     useDepth(readImageList(depth), depth);
   }
-  if (exists(inFolder("twist.csv"))) readOdometry(inFolder("twist.csv"));
-  if (options.cameraInBase) {
-    if (odometry_.empty()) {
-      throw InputError({folder_, 0, "--camera-in-base"},
-                       "is for rows of a base's twists, and there is no twist.csv");
-    }
-    const Eigen::Isometry3d bMc = options.cameraInBase->isometry();
-    for (OdometryRow& row : odometry_) row.twist = twistOfCamera(bMc, row.twist);
-  }
+  readRows(options);
   poses_ = std::move(set.poses);
-  if (poses_.empty() && exists(inFolder("groundtruth.txt"))) {
+  readPoses();
+}
+
+void Sequence::requireFolder(const SequenceOptions& options) {
+  std::error_code error;
+  if (!fs::is_directory(folder_, error)) {
+    throw InputError({folder_, 0, ""},
+                     exists(folder_) ? "is neither a folder nor a bag"
+                                     : "there is no such folder or bag" + didYouMeanFile(folder_));
+  }
+  if (options.fps != 0 && !kRates.contains(options.fps)) {
+    throw InputError({folder_, 0, "--fps"},
+                     detail::expectedNumber(kRates, "Hz", fmt::format("{}", options.fps)));
+  }
+  if (!options.topics.empty()) {
+    throw InputError({folder_, 0, "--topics"}, "is for bags; this is a folder");
+  }
+  fs::path normal = fs::absolute(folder_).lexically_normal();
+  if (!normal.has_filename()) normal = normal.parent_path();
+  name_ = normal.filename().string();
+}
+
+/// The images, by whichever layout the folder has, with what a data set says besides.
+detail::DataSet Sequence::findImages(const SequenceOptions& options) {
+  const std::string listName = exists(inFolder("rgb.txt")) ? "rgb.txt" : "images.txt",
+                    list = inFolder(listName);
+  detail::DataSet set;
+  if (exists(list)) {
+    if (hasImages_) {
+      throw InputError({inFolder("sequence.yaml"), 0, "images"},
+                       fmt::format("the folder has {} as well; remove one", listName));
+    }
+    if (options.fps > 0) {
+      throw InputError({list, 0, "--fps"},
+                       "is for folders of numbered images; " + listName + " has times");
+    }
+    set.images = readImageList(list);
+  } else if (hasImages_) {
+    return set;
+  } else if (const auto mav0 = detail::eurocFolder(folder_)) {
+    if (options.fps > 0) {
+      throw InputError({*mav0, 0, "--fps"}, "is for folders of numbered images; cam0 has times");
+    }
+    set = detail::readEuroc(*mav0);
+  } else if (detail::isAssociated(folder_)) {
+    set = detail::readAssociated(folder_, options.fps);
+  } else if (detail::isFrameFolder(folder_)) {
+    set = detail::readFrameFolder(folder_, options.fps);
+  } else if (exists(inFolder("tracks.csv"))) {
+    return set;
+  } else {
+    useImages(detail::plainImageFolder(folder_, options.fps));
+    return set;
+  }
+  useImages(set.images);
+  return set;
+}
+
+/// twist.csv.
+void Sequence::readRows(const SequenceOptions& options) {
+  if (exists(inFolder("twist.csv"))) readOdometry(inFolder("twist.csv"));
+  if (!options.cameraInBase) return;
+  if (odometry_.empty()) {
+    throw InputError({folder_, 0, "--camera-in-base"},
+                     "is for rows of a base's twists, and there is no twist.csv");
+  }
+  const Eigen::Isometry3d bMc = options.cameraInBase->isometry();
+  for (OdometryRow& row : odometry_) row.twist = twistOfCamera(bMc, row.twist);
+}
+
+/// Where the images have brought none: groundtruth.txt or poses.txt.
+void Sequence::readPoses() {
+  const std::string truth = inFolder("groundtruth.txt"), settings = inFolder("sequence.yaml");
+  if (poses_.empty() && exists(truth)) {
     const bool isDownloaded = !exists(inFolder("camera.yaml"));
     poses_ = detail::readPoses(
-        inFolder("groundtruth.txt"),
-        isDownloaded ? detail::UnusablePoses::skip : detail::UnusablePoses::refuse, 1, warnings_);
+        truth, isDownloaded ? detail::UnusablePoses::skip : detail::UnusablePoses::refuse, 1,
+        warnings_);
   } else if (poses_.empty() && exists(inFolder("poses.txt"))) {
     poses_ = detail::readPoseMatrices(inFolder("poses.txt"), frames_);
   }
-  if (exists(settings)) {
-    const Eigen::Isometry3d handFromCamera = handEyeIn(settings);
-    for (CameraPose& pose : poses_) pose.wMc = pose.wMc * handFromCamera;
-  }
+  if (!exists(settings)) return;
+  const Eigen::Isometry3d handFromCamera = detail::handEyeIn(settings);
+  for (CameraPose& pose : poses_) pose.wMc = pose.wMc * handFromCamera;
 }
 
 void Sequence::checkClocks() {
@@ -324,7 +221,7 @@ std::string Sequence::inFolder(const std::string& file) const {
 
 void Sequence::readSettings(const std::string& path, const SequenceOptions& options) {
   const detail::YamlValue root = detail::loadYaml(path);
-  const StrictMapping settings(root, path, "", settingsKeys());
+  const StrictMapping settings(root, path, "", detail::settingsKeys());
   if (settings.has("name")) name_ = settings.text("name");
   if (settings.has("depth_scale")) {
     depthScale_ = settings.number("depth_scale", Range::above(0, 1e6), "1/m");
@@ -332,7 +229,7 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
   if (settings.has("image_bits")) {
     imageBits_ = static_cast<int>(settings.integer("image_bits", {8, 16}, ""));
   }
-  useTarget(targetOf(settings));
+  useTarget(detail::targetOf(settings));
   if (settings.has("taught")) readTaught(settings.text("taught"));
   if (settings.has("images")) {
     const StrictMapping images = settings.mapping("images", {"folder", "pattern", "rate"});

@@ -1,5 +1,3 @@
-#include "depthservo/experiments/Sweep.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "depthservo/experiments/Sweep.h"
 #include "depthservo/experiments/SweepFolder.h"
 #include "depthservo/rig/SimulatedRig.h"
 #include "depthservo/text/InputError.h"
@@ -32,8 +31,10 @@ Sweep sweepOf(const std::string& axes, const std::string& rest = "",
   });
 }
 
-const std::string kGuesses = "  - {name: guess, key: depth.initial, from: 1, to: 100, count: 3, log: true}\n";
-const std::string kEstimators = "  - {name: estimator, key: depth.estimator, values: [filter, constant]}\n";
+const std::string kGuesses =
+    "  - {name: guess, key: depth.initial, from: 1, to: 100, count: 3, log: true}\n";
+const std::string kEstimators =
+    "  - {name: estimator, key: depth.estimator, values: [filter, constant]}\n";
 
 TEST(Sweep, runs_every_combination_once_with_the_first_axis_slowest) {
   const Sweep sweep = sweepOf(kEstimators + kGuesses, "repeat: 2");
@@ -78,9 +79,9 @@ TEST(Sweep, gives_runs_the_same_noise_that_differ_in_other_axes_only) {
 
 TEST(Sweep, draws_by_seed_and_name_of_the_axis_and_within_its_range) {
   const auto drawn = [](const std::string& name, const std::string& rest) {
-    const Sweep sweep = sweepOf("  - {name: " + name +
-                                    ", key: depth.initial, draw: uniform, from: 2, to: 3, count: 50}\n",
-                                rest);
+    const Sweep sweep = sweepOf(
+        "  - {name: " + name + ", key: depth.initial, draw: uniform, from: 2, to: 3, count: 50}\n",
+        rest);
     std::vector<double> values;
     for (std::size_t i = 0; i < sweep.size(); ++i) {
       values.push_back(sweep.scenario(sweep.row(i)).depth.initial);
@@ -134,11 +135,13 @@ TEST_P(StartPoses, put_the_camera_where_they_say) {
                 static_cast<double>(truth.size());
     }
     EXPECT_NEAR(std::hypot(middle.x(), middle.z()), distance, 1e-6);
-    EXPECT_NEAR(std::atan2(middle.x(), middle.z()), aim, 1e-6) << "to the left: it is right of the axis";
-    // Seen from the left of its front the right end of the plate is farther away.
+    EXPECT_NEAR(std::atan2(middle.x(), middle.z()), aim, 1e-6)
+        << "to the left: it is right of the axis";
+    // Counter-clockwise from above: to the right of who looks at the plate, whose right end is
+    // nearer then.
     const double slant = truth[1].Z - truth[0].Z;
     if (bearing != 0) {
-      EXPECT_GT(slant * bearing, 0) << bearing;
+      EXPECT_LT(slant * bearing, 0) << bearing;
     }
   }
 }
@@ -147,7 +150,8 @@ INSTANTIATE_TEST_SUITE_P(Robots, StartPoses, testing::Values("unicycle-4dots", "
 TEST(StartPoses, of_a_cone_see_the_whole_target) {
   for (const char* scenario : {"unicycle-4dots", "free-general"}) {
     const Sweep sweep = sweepOf(
-        "  - {name: start, count: 60, cone: {angle: 0.6, distance: [1.5, 4], aim: 0.4, margin: 5}}\n",
+        "  - {name: start, count: 60, cone: {angle: 0.6, distance: [1.5, 4], aim: 0.4, margin: "
+        "5}}\n",
         "", scenario);
     double nearest = 9, farthest = 0;
     for (std::size_t i = 0; i < sweep.size(); ++i) {
@@ -186,7 +190,8 @@ TEST(Sweep, refuses_what_cannot_be_run_and_says_where) {
       {"  - {name: g, key: depth.initial, values: [1]}\n", "metrics: [final_eror_px]", "metrics",
        "final_error_px"},
       {"  - {name: g, key: depth.initial, values: [1]}\n", "maps: [{x: g, y: h}]", "maps.y", "'g'"},
-      {"  - {name: g, key: depth.initial, values: [1]}\n", "success: [won]", "success", "converged"},
+      {"  - {name: g, key: depth.initial, values: [1]}\n", "success: [won]", "success",
+       "converged"},
       {"  - {name: g, key: depth.initial, values: [1]}\n",
        "claims: [{id: c, claim: x, expected: 1, within: near}]", "claims.c.within", "factor"},
       {"  - {name: g, key: depth.initial, values: [1]}\n", "repeat: 0", "repeat", "1"},
@@ -208,8 +213,11 @@ TEST(Successes, have_the_score_interval_of_the_literature) {
   const struct {
     std::size_t successes, runs;
     double low, high;
-  } cases[] = {{81, 263, 0.2553, 0.3662}, {15, 148, 0.0624, 0.1605}, {0, 20, 0, 0.1611},
-               {1, 29, 0.0061, 0.1718}, {29, 29, 0.8830, 1}};
+  } cases[] = {{81, 263, 0.2553, 0.3662},
+               {15, 148, 0.0624, 0.1605},
+               {0, 20, 0, 0.1611},
+               {1, 29, 0.0061, 0.1718},
+               {29, 29, 0.8830, 1}};
   for (const auto& c : cases) {
     const auto [low, high] = Successes{c.successes, c.runs}.interval();
     EXPECT_NEAR(low, c.low, 5e-5);
@@ -247,8 +255,9 @@ TEST(ShippedSweeps, are_whole_and_their_keys_stand_in_the_documentation) {
     ++count;
   }
   EXPECT_GE(count, 3);
-  EXPECT_NE(contents(std::string(DEPTHSERVO_DATA) + "/../doc/formats.md").find(sweepKeysAsMarkdown()),
-            std::string::npos)
+  EXPECT_NE(
+      contents(std::string(DEPTHSERVO_DATA) + "/../doc/formats.md").find(sweepKeysAsMarkdown()),
+      std::string::npos)
       << "write it anew: depthservo keys --sweep --markdown";
   EXPECT_EQ(contents(folder + "/sweep.schema.json"), sweepSchema())
       << "write it anew: depthservo keys --sweep --schema > data/sweeps/sweep.schema.json";

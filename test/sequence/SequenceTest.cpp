@@ -343,7 +343,7 @@ TEST_F(SequenceTest, refuses_what_is_not_a_sequence) {
   test::TemporaryFolder empty;
   EXPECT_TRUE(isRefusal(refusal(empty.path()), {"not a sequence", "rgb.txt"}));
   EXPECT_TRUE(isRefusal(refusal(empty / "none"), {"none", "no such folder"}));
-  EXPECT_TRUE(isRefusal(refusal(folder_ / "a.pgm"), {"a.pgm", "not a folder"}));
+  EXPECT_TRUE(isRefusal(refusal(folder_ / "a.pgm"), {"a.pgm", "neither a folder nor a bag"}));
   EXPECT_TRUE(isRefusal(refusal(""), {"no such folder"}));
 }
 

@@ -24,6 +24,7 @@ namespace depthservo {
 namespace detail {
 class ImageFile;
 class ImageStore;
+struct DataSet;
 struct ImageSize;
 struct YamlValue;
 }  // namespace detail
@@ -188,6 +189,10 @@ class Sequence {
  private:
   void readSettings(const std::string& path, const SequenceOptions& options);
   void readFolder(const SequenceOptions& options);
+  void requireFolder(const SequenceOptions& options);
+  detail::DataSet findImages(const SequenceOptions& options);
+  void readRows(const SequenceOptions& options);
+  void readPoses();
   void readBag(const SequenceOptions& options);
   void useTarget(SequenceTarget seen);
   void readTaught(const std::string& folder);
