@@ -1,134 +1,14 @@
 #include "View.h"
 
-#include <fmt/format.h>
-#include <visp3/core/vpConfig.h>
-#include <visp3/core/vpDisplay.h>
-#include <visp3/core/vpTime.h>
-#include <visp3/gui/vpDisplayX.h>
-
-#include <cmath>
-#include <cstdlib>
-#include <map>
-
-#include "depthservo/text/InputError.h"
-#include "depthservo/visp/using.h"
-
-// After the others: its macros are named None, Status, Bool, ...
-#include <X11/Xlib.h>
+#include "text/module.h"
 
 namespace depthservo {
-namespace {
 
-vpImagePoint at(double u, double v) { return {v, u}; }
-
-/// Colour-blind safe: blue measured, orange predicted, black goal.
-vpColor colourOf(const FeatureRecord& feature) {
-  return feature.measured ? vpColor(0, 114, 178) : vpColor(230, 159, 0);
-}
-
-constexpr double kLine_px = 16;            // between lines of text
-constexpr std::size_t kLongestPath = 900;  // images
-
-/// The way of every dot so far, in steps of a few pixels.
-void drawPaths(const vpImage<unsigned char>& image, const std::vector<FrameRecord>& frames) {
-  constexpr double kStep_px = 4;
-  std::map<int, vpImagePoint> drawnTo;
-  const std::size_t first = frames.size() > kLongestPath ? frames.size() - kLongestPath : 0;
-  for (std::size_t k = first; k < frames.size(); ++k) {
-    for (const FeatureRecord& feature : frames[k].features) {
-      const vpImagePoint here = at(feature.u, feature.v);
-      const auto [last, isFirst] = drawnTo.try_emplace(feature.id, here);
-      if (isFirst || vpImagePoint::distance(last->second, here) < kStep_px) continue;
-      vpDisplay::displayLine(image, last->second, here, colourOf(feature), 1);
-      last->second = here;
-    }
-  }
-}
-
-std::function<void()> whenClosed;
-
-int endInOrder(Display*) {
-  whenClosed();
-  std::_Exit(EXIT_SUCCESS);
-}
-
-/// Text on a light strip, legible on any image.
-void write(const vpImage<unsigned char>& image, double row, const std::string& text,
-           const vpColor& colour) {
-  constexpr double kLetter_px = 6.2;
-  vpDisplay::displayRectangle(image, at(6, row - 12),
-                              at(14 + kLetter_px * static_cast<double>(text.size()), row + 3),
-                              vpColor(245, 245, 245), true);
-  vpDisplay::displayText(image, at(10, row), text, colour);
-}
-
-}  // namespace
-
-struct View::Window {
-  vpImage<unsigned char> image;
-  vpDisplayX display;
-  double period_ms;
-  double next_ms = 0;
-};
-
-View::View(const ViewOptions& options) : window_(std::make_unique<Window>()) {
-  window_->image.resize(static_cast<unsigned>(options.height), static_cast<unsigned>(options.width),
-                        255);
-  window_->period_ms = options.rate > 0 ? 1000 / options.rate : 0;
-  if (options.whenClosed) {
-    whenClosed = options.whenClosed;
-    XSetIOErrorHandler(endInOrder);
-  }
-  const char* display = std::getenv("DISPLAY");
-  try {
-    if (!display || !*display) throw vpException(vpException::notInitialized, "no DISPLAY");
-    window_->display.init(window_->image, 50, 50, "depthservo: " + options.title);
-  } catch (const vpException&) {
-    throw InputError({options.option, 0, ""},
-                     "no display to show the image on (is DISPLAY set?); run without --view");
-  }
-}
-
-View::~View() = default;
-
-void View::show(const vpImage<unsigned char>& shown, const FrameRecord& record, const RunLog& log,
-                const std::string& status) {
-  vpImage<unsigned char>& image = window_->image;
-  image = shown;
-  vpDisplay::display(image);
-  for (const Eigen::Vector2d& goal : log.goals) {
-    vpDisplay::displayCross(image, at(goal.x(), goal.y()), 15, vpColor::black, 1);
-  }
-  drawPaths(image, log.frames);
-  double row = image.getHeight() - 12.0 - kLine_px * static_cast<double>(record.features.size());
-  for (const FeatureRecord& feature : record.features) {
-    const vpColor colour = colourOf(feature);
-    const DepthEstimate& e = feature.estimate;
-    vpDisplay::displayCircle(image, at(feature.u, feature.v), 8, colour, false, 2);
-    vpDisplay::displayText(image, at(feature.u + 12, feature.v - 6), fmt::format("{}", feature.id),
-                           colour);
-    write(image, row += kLine_px,
-          fmt::format("{}: Z {:.3g} +- {:.2g} m  {}", feature.id, e.Z(), 2 * e.sigma_Z(),
-                      toString(e.status)),
-          colour);
-  }
-  std::string head = fmt::format("t {:.2f} s", record.time_s - log.frames.front().time_s);
-  if (std::isfinite(record.error_px)) {
-    head += fmt::format("   image error {:.1f} px", record.error_px);
-  }
-  write(image, 20, head, vpColor::black);
-  if (!status.empty()) write(image, 20 + kLine_px, status, vpColor::black);
-  vpDisplay::flush(image);
-  if (window_->period_ms == 0) return;
-  if (window_->next_ms == 0) window_->next_ms = vpTime::measureTimeMs();
-  vpTime::wait(window_->next_ms, window_->period_ms);
-  window_->next_ms += window_->period_ms;
-}
-
-bool View::isClosed() const {
-  std::string key;
-  return vpDisplay::getKeyboardEvent(window_->image, key, false) &&
-         (key == "q" || key == "Q" || key == "Escape");
+std::unique_ptr<View> View::open(const ViewOptions& options) {
+  // All of ViSP's windows, and with them Qt, only for who wants to see one.
+  static void* const function =
+      detail::loadModule(detail::modulePlaces("libdepthservo_view.so"), kOpenView, "windows");
+  return std::unique_ptr<View>(reinterpret_cast<OpenView*>(function)(options));
 }
 
 }  // namespace depthservo

@@ -24,22 +24,23 @@ struct ViewOptions {
 
 /// A window with the live image: dots where they are measured or predicted, their goals and paths,
 /// depth with its 2-sigma interval. Keeps real time.
+/// It is made by the module libdepthservo_view.so.
 class View {
  public:
-  /// \throw InputError there is no display
-  explicit View(const ViewOptions& options);
-  ~View();
+  /// \throw InputError there is no display, or no module
+  static std::unique_ptr<View> open(const ViewOptions& options);
+  virtual ~View() = default;
 
   /// \param log up to and including the record \param status a line of text below; may be empty
-  void show(const DEPTHSERVO_VISP vpImage<unsigned char>& image, const FrameRecord& record,
-            const RunLog& log, const std::string& status = "");
+  virtual void show(const DEPTHSERVO_VISP vpImage<unsigned char>& image, const FrameRecord& record,
+                    const RunLog& log, const std::string& status = "") = 0;
 
   /// Whether q or Escape was pressed.
-  bool isClosed() const;
-
- private:
-  struct Window;
-  std::unique_ptr<Window> window_;
+  virtual bool isClosed() const = 0;
 };
+
+/// The one function of the module.
+using OpenView = View*(const ViewOptions&);
+constexpr const char* kOpenView = "depthservoOpenView";
 
 }  // namespace depthservo

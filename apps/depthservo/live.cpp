@@ -12,8 +12,8 @@
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/rig/LiveRig.h"
-#include "depthservo/sequence/TwistStream.h"
 #include "depthservo/scenario/observationOf.h"
+#include "depthservo/sequence/TwistStream.h"
 #include "findings.h"
 #include "numbers.h"
 #include "observation.h"
@@ -43,9 +43,9 @@ std::unique_ptr<View> viewOf(const LiveArguments& arguments, const LiveOptions& 
   const char* display = std::getenv("DISPLAY");
   if (!display || !*display) return nullptr;
   try {
-    return std::make_unique<View>(ViewOptions{options.camera.width, options.camera.height,
-                                              images.isLive() ? 0 : images.fps(), arguments.source,
-                                              "", std::move(whenClosed)});
+    return View::open(ViewOptions{options.camera.width, options.camera.height,
+                                  images.isLive() ? 0 : images.fps(), arguments.source, "",
+                                  std::move(whenClosed)});
   } catch (const InputError&) {
     return nullptr;
   }

@@ -52,8 +52,8 @@ std::unique_ptr<View> viewOf(const Scenario& scenario) {
   if (scenario.sensing.source != SensingSource::image) {
     throw InputError({"--view", 0, ""}, "this scenario has no images (sensing.source: geometry)");
   }
-  return std::make_unique<View>(ViewOptions{scenario.camera.width, scenario.camera.height,
-                                            scenario.camera.rate.front(), scenario.name, "--view"});
+  return View::open(ViewOptions{scenario.camera.width, scenario.camera.height,
+                                scenario.camera.rate.front(), scenario.name, "--view"});
 }
 
 std::string verdict(const RunLog& log, const Metrics& metrics) {
@@ -75,7 +75,8 @@ Scenario scenarioOfRow(const RunArguments& arguments) {
   const SweepFolder folder = SweepFolder::open(arguments.sweep);
   const Sweep& sweep = folder.sweep();
   if (arguments.row >= sweep.size()) {
-    throw InputError({"--row", 0, ""}, fmt::format("{} has rows 0 to {}", arguments.sweep, sweep.size() - 1));
+    throw InputError({"--row", 0, ""},
+                     fmt::format("{} has rows 0 to {}", arguments.sweep, sweep.size() - 1));
   }
   const Sweep::Row row = sweep.row(arguments.row);
   fmt::print(stderr, "row {} of {}: {}\n", arguments.row, sweep.options().name,

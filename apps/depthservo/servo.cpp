@@ -222,7 +222,7 @@ void tell(const ServoArguments& a, const RunLog& log, const RobotRig& rig,
 
 std::unique_ptr<View> viewOf(const ServoArguments& a, const LiveOptions& options) {
   if (!a.hasView) return nullptr;
-  return std::make_unique<View>(
+  return View::open(
       ViewOptions{options.camera.width, options.camera.height, 0, a.source, "--view"});
 }
 

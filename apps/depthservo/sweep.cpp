@@ -66,14 +66,14 @@ int tellResults(const std::string& folder, bool json) {
   return isMet ? kMet : kNotMet;
 }
 
-bool runMissing(SweepFolder& folder, const SweepArguments& a, const std::atomic<bool>& isStopped) {
+bool runMissing(SweepFolder& folder, const SweepArguments& a, const std::atomic<bool>& isCancelled) {
   const std::string& name = folder.sweep().options().name;
   SweepProgress last;
   bool isComplete = false;
   {
     ProgressBar bar(name);
     isComplete = runSweep(
-        folder, a.jobs, [&] { return isStopped.load(); },
+        folder, a.jobs, [&] { return isCancelled.load(); },
         [&](const SweepProgress& now) {
           last = now;
           bar.show(static_cast<double>(now.done) / static_cast<double>(std::max<std::size_t>(1, now.total)),
@@ -98,10 +98,10 @@ int sweepAll(const SweepArguments& a) {
     fmt::print(stderr, "{}: {} runs\n", sweep.options().name, shard.sizeOf(sweep.size()));
     return kMet;
   }
-  const std::atomic<bool>& isStopped = stopOnInterruption();
+  const std::atomic<bool>& isCancelled = stopOnInterruption();
   {
     SweepFolder folder = SweepFolder::begin(a.out, sweep, shard);
-    if (!runMissing(folder, a, isStopped)) return kInterrupted;
+    if (!runMissing(folder, a, isCancelled)) return kInterrupted;
   }
   writeSweepReport(a.out, shard.count == 1);
   return tellResults(a.out, a.json);

@@ -71,11 +71,11 @@ TEST_F(SweepTool, loses_nothing_and_does_nothing_twice_when_it_is_killed) {
 }
 
 TEST_F(SweepTool, ends_cleanly_at_ctrl_c_and_goes_on) {
-  folder_.write("s.yaml", shortSweep(40));
+  folder_.write("s.yaml", shortSweep(80));
   const Result stopped = sweep("out", "--jobs 1", "timeout -s INT 0.3");
   ASSERT_EQ(stopped.exitCode, 124) << "timeout's own, or the sweep was done: " << stopped.err;
   EXPECT_NE(stopped.err.find("the same command goes on"), std::string::npos) << stopped.err;
-  EXPECT_EQ(sweep("out", "", "timeout --preserve-status -s INT 0.3").exitCode, 130);
+  EXPECT_EQ(sweep("out", "--jobs 1", "timeout --preserve-status -s INT 0.3").exitCode, 130);
   ASSERT_EQ(sweep("out").exitCode, 0);
   ASSERT_EQ(sweep("whole").exitCode, 0);
   EXPECT_EQ(csv("out"), csv("whole"));
