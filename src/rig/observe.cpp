@@ -32,7 +32,6 @@ void forgetTheOld(RunLog& log) {
 }
 
 void append(RunLog& log, FrameRecord frame, const Exposure& exposure, Keep keep) {
-  if (keep != Keep::everything) forgetTheOld(log);
   if (keep == Keep::everything && exposure.hasImage()) {
     keepImage(log, exposure);
     log.film.add(exposure.time_s, exposure.image);
@@ -44,6 +43,7 @@ RunLog observe(Rig& rig, Observer& observer, RunWatcher* watcher, Keep keep) {
   RunLog log;
   log.camera = rig.source().camera;
   while (const auto exposure = rig.next()) {
+    if (keep != Keep::everything) forgetTheOld(log);
     rig.readOdometry(observer.odometry(), exposure->time_s);
     FrameRecord frame = observer.observe(*exposure);
     rig.describe(frame);

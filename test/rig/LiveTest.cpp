@@ -102,6 +102,30 @@ TEST_F(LiveTest, leaves_out_an_image_that_cannot_be_used_and_says_why) {
   EXPECT_NEAR(told->time_s, 23 / kRate, 1e-9);
 }
 
+/// Watches whether an event is there with the image it belongs to.
+class EventWatcher : public RunWatcher {
+ public:
+  bool onFrame(const RunFrame& frame) override {
+    for (const Event& event : frame.log.events) seen += event.what == "the image is torn";
+    mostFrames = std::max(mostFrames, frame.log.frames.size());
+    return frame.log.events.empty() || seen == 0;
+  }
+  int seen = 0;
+  std::size_t mostFrames = 0;
+};
+
+TEST_F(LiveTest, tells_what_happens_with_the_image_at_which_old_ones_are_forgotten) {
+  constexpr std::size_t kKept = 600;
+  UnpluggedCamera camera(options_.camera, options_.target.target, kKept + 20);
+  camera.skippedAt = kKept + 1;
+  TwistStream twists(folder_ / "twists");
+  options_.keep = Keep::theLastFrames;
+  EventWatcher watcher;
+  live(options_, camera, &twists, &watcher);
+  EXPECT_EQ(watcher.mostFrames, kKept) << "some were forgotten";
+  EXPECT_EQ(watcher.seen, 1);
+}
+
 TEST_F(LiveTest, keeps_its_log_when_the_camera_changes_the_size_of_its_images) {
   UnpluggedCamera camera(options_.camera, options_.target.target, 300);
   camera.smallerFrom = 30;
