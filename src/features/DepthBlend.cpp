@@ -19,11 +19,13 @@ constexpr double kOtherDepth = 1.5;
 
 bool isUsableDepth(double Z) { return std::isfinite(Z) && Z >= kSmallestZ; }
 
+bool isOtherDepth(double ratio) { return !(ratio < kOtherDepth && ratio * kOtherDepth > 1); }
+
 bool takeGuess(double Z, double& guess) {
   if (!isUsableDepth(Z)) return false;
   const double ratio = Z / guess;
   guess = Z;
-  return !(ratio < kOtherDepth && ratio * kOtherDepth > 1);
+  return isOtherDepth(ratio);
 }
 
 void DepthBlend::setDesired(double Z) {

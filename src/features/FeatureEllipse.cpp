@@ -37,14 +37,10 @@ FeatureEllipse::~FeatureEllipse() = default;
 
 FeatureEllipse& FeatureEllipse::operator=(const FeatureEllipse& other) {
   if (this == &other) return *this;
-  ObservingFeature::operator=(other);
+  ObservingShapeFeature::operator=(other);
   *filters_ = *other.filters_;
   shape_ = other.shape_;
-  estimate_ = other.estimate_;
-  blend_ = other.blend_;
   abc_ = other.abc_;
-  Z_guess_ = other.Z_guess_;
-  startsAnew_ = other.startsAnew_;
   sigma_ = other.sigma_;
   return *this;
 }
@@ -55,16 +51,11 @@ void FeatureEllipse::forget() {
   estimate_ = {};
   blend_.forget();
   abc_ = Eigen::Vector3d::UnitZ();
-  Z_guess_ = 1;
-  startsAnew_ = false;
 }
 
 void FeatureEllipse::setErrors(const ErrorProfile& errors) {
   filters_->planar.setErrors(errors);
   filters_->sphere.setErrors(errors);
-  if (estimate_.status == DepthStatus::unset) return;
-  Z_guess_ = estimate_.Z();
-  startsAnew_ = true;
 }
 
 void FeatureEllipse::setNoise(double sigma_px, const vpCameraParameters& cam) {
@@ -75,7 +66,9 @@ void FeatureEllipse::setNoise(double sigma_px, const vpCameraParameters& cam) {
 void FeatureEllipse::setABC(double a, double b, double c) {
   vpFeatureEllipse::setABC(a, b, c);
   abc_ << a, b, c;
-  startsAnew_ |= takeGuess(1 / (a * get_x() + b * get_y() + c), Z_guess_);
+  const double Z = 1 / (a * get_x() + b * get_y() + c);
+  filters_->planar.setGuess(Z);
+  filters_->sphere.setGuess(Z);
 }
 
 void FeatureEllipse::buildFrom(double x, double y, double n20, double n11, double n02, double a,
@@ -87,12 +80,7 @@ void FeatureEllipse::buildFrom(double x, double y, double n20, double n11, doubl
 void FeatureEllipse::step(const Motion& motion, const Seen& seen, bool isNew) {
   const auto advance = [&](auto& filter, const auto& z, const auto& variance) {
     filter.predict(motion);
-    if (isNew && (startsAnew_ || !filter.isStarted())) {
-      filter.start(z, variance, {Z_guess_});
-      startsAnew_ = false;
-    } else if (isNew) {
-      filter.correct(z, variance);
-    }
+    if (isNew) filter.measure(z, variance);
     if (filter.isStarted()) estimate_ = filter.estimate();
   };
   if (shape_ == EllipseShape::planar) {
@@ -108,7 +96,7 @@ void FeatureEllipse::follow(const Motion& motion) {
   const Seen seen = (Seen() << get_x(), get_y(), get_n20(), get_n11(), get_n02()).finished();
   const bool isNew = flags[0] && flags[1] && flags[2] && flags[3] && flags[4] && isEllipse(seen);
   if (motion.dt > 0) step(motion, seen, isNew);
-  if (estimate_.status == DepthStatus::unset) {
+  if (!isObserved()) {
     if (!seen.allFinite()) vpFeatureEllipse::buildFrom(0, 0, 0, 0, 0);
     return;
   }
@@ -145,16 +133,9 @@ void FeatureEllipse::showPlane() {
 }
 
 void FeatureEllipse::update(const ObservedPlane& plane) {
-  if (plane.status() != PlaneStatus::fitted && plane.status() != PlaneStatus::frontoParallel)
-    return;
+  if (!plane.isKnown()) return;
   abc_ = plane.abc();
   vpFeatureEllipse::setABC(abc_[0], abc_[1], abc_[2]);
-}
-
-void FeatureEllipse::describe(std::ostream& out) const {
-  if (estimate_.status == DepthStatus::unset) return;
-  out << "Observed: Z=" << estimate_.Z() << " sigma_Z=" << estimate_.sigma_Z() << " ("
-      << estimate_.status << ")" << std::endl;
 }
 
 }  // namespace depthservo

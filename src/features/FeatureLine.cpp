@@ -16,12 +16,8 @@ FeatureLine::~FeatureLine() = default;
 
 FeatureLine& FeatureLine::operator=(const FeatureLine& other) {
   if (this == &other) return *this;
-  ObservingFeature::operator=(other);
+  ObservingShapeFeature::operator=(other);
   *filter_ = *other.filter_;
-  estimate_ = other.estimate_;
-  blend_ = other.blend_;
-  Z_guess_ = other.Z_guess_;
-  startsAnew_ = other.startsAnew_;
   sigma_rho_ = other.sigma_rho_;
   sigma_theta_ = other.sigma_theta_;
   return *this;
@@ -31,16 +27,9 @@ void FeatureLine::forget() {
   filter_->forget();
   estimate_ = {};
   blend_.forget();
-  Z_guess_ = 1;
-  startsAnew_ = false;
 }
 
-void FeatureLine::setErrors(const ErrorProfile& errors) {
-  filter_->setErrors(errors);
-  if (!filter_->isStarted()) return;
-  Z_guess_ = estimate_.Z();
-  startsAnew_ = true;
-}
+void FeatureLine::setErrors(const ErrorProfile& errors) { filter_->setErrors(errors); }
 
 void FeatureLine::setNoise(double sigma_rho, double sigma_theta) {
   if (!(sigma_rho > 0 && sigma_theta > 0 && std::isfinite(sigma_rho + sigma_theta))) return;
@@ -51,7 +40,7 @@ void FeatureLine::setNoise(double sigma_rho, double sigma_theta) {
 void FeatureLine::setABCD(double a, double b, double c, double d) {
   vpFeatureLine::setABCD(a, b, c, d);
   const double x = getRho() * std::cos(getTheta()), y = getRho() * std::sin(getTheta());
-  startsAnew_ |= takeGuess(-d / (a * x + b * y + c), Z_guess_);
+  filter_->setGuess(-d / (a * x + b * y + c));
 }
 
 void FeatureLine::buildFrom(double rho, double theta, double a, double b, double c, double d) {
@@ -68,13 +57,7 @@ void FeatureLine::follow(const Motion& motion) {
                      std::abs(seen[0]) <= PointMeasurement::kLargest && std::abs(seen[1]) < 1e6;
   const Eigen::Vector2d variance(sigma_rho_ * sigma_rho_, sigma_theta_ * sigma_theta_);
   filter_->predict(motion);
-  const bool isTaken = isNew && motion.dt > 0;
-  if (isTaken && (startsAnew_ || !filter_->isStarted())) {
-    filter_->start(seen, variance, {Z_guess_});
-    startsAnew_ = false;
-  } else if (isTaken) {
-    filter_->correct(seen, variance);
-  }
+  if (isNew && motion.dt > 0) filter_->measure(seen, variance);
   if (!filter_->isStarted()) {
     if (!seen.allFinite()) setRhoTheta(0, 0);
     return;
@@ -97,13 +80,12 @@ void FeatureLine::showPlane() {
 }
 
 void FeatureLine::update(const ObservedPlane& plane) {
-  if (plane.status() != PlaneStatus::fitted && plane.status() != PlaneStatus::frontoParallel)
-    return;
+  if (!plane.isKnown()) return;
   vpFeatureLine::setABCD(plane.abc()[0], plane.abc()[1], plane.abc()[2], -1);
 }
 
 void FeatureLine::describe(std::ostream& out) const {
-  if (estimate_.status == DepthStatus::unset) return;
+  if (!isObserved()) return;
   out << "Observed: Z=" << estimate_.Z() << " sigma_Z=" << estimate_.sigma_Z()
       << " slope=" << slope() << " sigma_slope=" << sigma_slope() << " (" << estimate_.status << ")"
       << std::endl;

@@ -115,11 +115,9 @@ FeatureLuminance::~FeatureLuminance() = default;
 
 FeatureLuminance& FeatureLuminance::operator=(const FeatureLuminance& other) {
   if (this == &other) return *this;
-  ObservingFeature::operator=(other);
+  ObservingShapeFeature::operator=(other);
   *images_ = *other.images_;
   errors_ = other.errors_;
-  estimate_ = other.estimate_;
-  blend_ = other.blend_;
   abc_ = other.abc_;
   P_ = other.P_;
   return *this;
@@ -235,15 +233,8 @@ void FeatureLuminance::show(const Eigen::Vector3d& abc) {
 }
 
 void FeatureLuminance::update(const ObservedPlane& plane) {
-  if (plane.status() != PlaneStatus::fitted && plane.status() != PlaneStatus::frontoParallel)
-    return;
+  if (!plane.isKnown()) return;
   if (images_->fits(dim_s)) show(plane.abc());
-}
-
-void FeatureLuminance::describe(std::ostream& out) const {
-  if (estimate_.status == DepthStatus::unset) return;
-  out << "Observed: Z=" << estimate_.Z() << " sigma_Z=" << estimate_.sigma_Z() << " ("
-      << estimate_.status << ")" << std::endl;
 }
 
 }  // namespace depthservo

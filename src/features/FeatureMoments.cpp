@@ -100,7 +100,7 @@ void FeatureMoments::update(const std::vector<DepthEstimate>& points) {
 
 template <typename Points>
 void FeatureMoments::compute(const Points& points) {
-  if (planeStatus() == MomentsPlane::unset || planeStatus() == MomentsPlane::unusable) return;
+  if (!plane_.isKnown()) return;
   const CentralMoments m = centralMoments(
       points.size(), [&](std::size_t i) { return ObservedPlane::sampleOf(points[i]); });
   const double a = m.mu20 + m.mu02, n = static_cast<double>(points.size());

@@ -10,9 +10,6 @@ namespace {
 
 constexpr double kDefaultFocal_px = 600, kDefaultSigma = 8e-4;  // half a pixel
 
-/// Where a depth is set at every image, one that differs from the last by this factor is new.
-constexpr double kNewDepth = 1.5;
-
 /// Whether the estimate is of a point that was measured (and believed) in the last image.
 bool isMeasured(DepthStatus status) {
   return status == DepthStatus::converging || status == DepthStatus::valid ||
@@ -73,7 +70,7 @@ bool ObservedPoint::takesNewDepth(double depth) {
   Z_told_ = depth;
   if (!isObserved()) return false;  // a guess
   ++depthsSet_;
-  const bool isNew = isDepthSetAlways_ ? !(ratio < kNewDepth && ratio * kNewDepth > 1) : ratio != 1;
+  const bool isNew = isDepthSetAlways_ ? isOtherDepth(ratio) : ratio != 1;
   if (isNew) ++restarts_;
   return isNew;
 }

@@ -7,6 +7,7 @@
 
 #include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/depth/ErrorProfile.h"
+#include "depthservo/features/DepthBlend.h"
 
 namespace depthservo {
 
@@ -31,14 +32,37 @@ class ShapeFilter {
   using Square = Eigen::Matrix<double, N, N>;
   using Measured = Eigen::Matrix<double, M, 1>;
 
-  void setErrors(const ErrorProfile& errors) { errors_ = errors; }
-  void forget() { phase_ = Phase::unset; }
+  /// Once it is started the depth starts anew, at the estimate.
+  void setErrors(const ErrorProfile& errors) {
+    errors_ = errors;
+    if (!isStarted()) return;
+    Z_guess_ = estimate().Z();
+    startsAnew_ = true;
+  }
+
+  /// Where the depth is guessed to be [m]. Another than the guess before starts it anew.
+  void setGuess(double Z) { startsAnew_ |= takeGuess(Z, Z_guess_); }
+
+  void forget() {
+    phase_ = Phase::unset;
+    Z_guess_ = 1;
+    startsAnew_ = false;
+  }
   bool isStarted() const { return phase_ != Phase::unset; }
   const State& state() const { return x_; }
   const Square& covariance() const { return P_; }
 
-  void start(const Measured& z, const Measured& variance, const DepthPrior& prior) {
-    const DepthPrior usable = prior.sanitised(range_);
+  /// The first measurement, and one after a new guess, starts; others correct.
+  void measure(const Measured& z, const Measured& variance) {
+    if (startsAnew_ || !isStarted()) {
+      start(z, variance);
+    } else {
+      correct(z, variance);
+    }
+  }
+
+  void start(const Measured& z, const Measured& variance) {
+    const DepthPrior usable = DepthPrior{Z_guess_}.sanitised(range_);
     const auto guess = Model::start(z, 1 / usable.Z, usable.sigma_chi);
     x_ = guess.x;
     P_ = guess.P;
@@ -48,6 +72,7 @@ class ShapeFilter {
     step_ = {};
     speed_.setZero();
     hasTwist_ = false;
+    startsAnew_ = false;
     phase_ = Phase::measured;
   }
 
@@ -200,6 +225,8 @@ class ShapeFilter {
   Vector6d twist_ = Vector6d::Zero();
   bool hasTwist_ = false, isAdrift_ = false;
   int rejections_ = 0;  // in a row
+  double Z_guess_ = 1;
+  bool startsAnew_ = false;  // there was another guess
   Phase phase_ = Phase::unset;
 };
 

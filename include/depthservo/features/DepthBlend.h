@@ -47,6 +47,9 @@ class DepthBlend {
 /// Whether a task can use a depth: finite and as large as ViSP wants it (1e-6 m).
 bool isUsableDepth(double Z);
 
+/// Whether a depth that is set anew is another, by its ratio to the one before: by more than half.
+bool isOtherDepth(double ratio);
+
 /// Keeps a depth that was set as the guess, if it can be one. \return whether it is a new one, that
 /// starts the depth anew: by more than half another than the guess before
 bool takeGuess(double Z, double& guess);

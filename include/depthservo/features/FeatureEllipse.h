@@ -7,9 +7,8 @@
 #include <memory>
 
 #include "depthservo/depth/ErrorProfile.h"
-#include "depthservo/features/DepthBlend.h"
 #include "depthservo/features/ObservedPlane.h"
-#include "depthservo/features/ObservingFeature.h"
+#include "depthservo/features/ObservingShapeFeature.h"
 
 namespace depthservo {
 
@@ -32,7 +31,7 @@ enum class EllipseShape {
 /// nobody read one that vpFeatureBuilder or a desired feature has: that guess is then 1 m, and Z*
 /// is told by `setDesiredDepth`. The depth of `estimate` is that of the ellipse's centre, or of the
 /// sphere's. All else is as for FeaturePoint.
-class FeatureEllipse : public ObservingFeature<DEPTHSERVO_VISP vpFeatureEllipse> {
+class FeatureEllipse : public ObservingShapeFeature<DEPTHSERVO_VISP vpFeatureEllipse> {
  public:
   explicit FeatureEllipse(EllipseShape shape = EllipseShape::planar);
   FeatureEllipse(const FeatureEllipse& other);
@@ -41,8 +40,6 @@ class FeatureEllipse : public ObservingFeature<DEPTHSERVO_VISP vpFeatureEllipse>
 
   /// As of FeaturePoint. `setErrors` starts the depth anew.
   void setErrors(const ErrorProfile& errors);
-  void setServoDepth(ServoDepth choice) { blend_.setChoice(choice); }
-  void setDesiredDepth(double depth) { blend_.setDesired(depth); }
 
   /// Image noise of the centre, and of the semi-axes: 1 sigma [px], > 0. Default 8e-4 normalised.
   /// \rtsafe
@@ -60,7 +57,6 @@ class FeatureEllipse : public ObservingFeature<DEPTHSERVO_VISP vpFeatureEllipse>
   void buildFrom(double x, double y, double n20, double n11, double n02, double A, double B,
                  double C);
 
-  const DepthEstimate& estimate() const { return estimate_; }
   /// (A, B, C) as a task is given them [1/m].
   const Eigen::Vector3d& abc() const { return abc_; }
 
@@ -69,8 +65,6 @@ class FeatureEllipse : public ObservingFeature<DEPTHSERVO_VISP vpFeatureEllipse>
  protected:
   void follow(const Motion& motion) override;
   void forget() override;
-  void makeUsable() override {}
-  void describe(std::ostream& out) const override;
 
  private:
   using Seen = Eigen::Matrix<double, 5, 1>;
@@ -82,11 +76,8 @@ class FeatureEllipse : public ObservingFeature<DEPTHSERVO_VISP vpFeatureEllipse>
 
   std::unique_ptr<Filters> filters_;
   EllipseShape shape_;
-  DepthEstimate estimate_;
-  DepthBlend blend_;
   Eigen::Vector3d abc_ = Eigen::Vector3d::UnitZ();
-  double Z_guess_ = 1, sigma_ = 8e-4;
-  bool startsAnew_ = false;  // there was another guess
+  double sigma_ = 8e-4;
 };
 
 }  // namespace depthservo

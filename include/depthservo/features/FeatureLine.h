@@ -6,9 +6,8 @@
 #include <memory>
 
 #include "depthservo/depth/ErrorProfile.h"
-#include "depthservo/features/DepthBlend.h"
 #include "depthservo/features/ObservedPlane.h"
-#include "depthservo/features/ObservingFeature.h"
+#include "depthservo/features/ObservingShapeFeature.h"
 
 namespace depthservo {
 
@@ -24,9 +23,9 @@ namespace depthservo {
 ///
 /// No point of the line has to be told from another. A plane given by `setABCD` or `buildFrom`
 /// before the first `observe` is the guess; ViSP lets nobody read one that vpFeatureBuilder or a
-/// desired feature has: that guess is then 1 m, and Z* is told by `setDesiredDepth`. All else is as
-/// for FeaturePoint.
-class FeatureLine : public ObservingFeature<DEPTHSERVO_VISP vpFeatureLine> {
+/// desired feature has: that guess is then 1 m, and Z* is told by `setDesiredDepth`. `estimate` is
+/// the foot with its depth. All else is as for FeaturePoint.
+class FeatureLine : public ObservingShapeFeature<DEPTHSERVO_VISP vpFeatureLine> {
  public:
   FeatureLine();
   FeatureLine(const FeatureLine& other);
@@ -35,9 +34,6 @@ class FeatureLine : public ObservingFeature<DEPTHSERVO_VISP vpFeatureLine> {
 
   /// As of FeaturePoint. `setErrors` starts the depth anew.
   void setErrors(const ErrorProfile& errors);
-  void setServoDepth(ServoDepth choice) { blend_.setChoice(choice); }
-  /// \param depth of the foot at the goal [m]
-  void setDesiredDepth(double depth) { blend_.setDesired(depth); }
 
   /// Image noise, 1 sigma. Default 8e-4 [-] and 3e-3 rad: half a pixel at 600 px, over 200 px.
   void setNoise(double sigma_rho, double sigma_theta);
@@ -52,8 +48,6 @@ class FeatureLine : public ObservingFeature<DEPTHSERVO_VISP vpFeatureLine> {
   void buildFrom(double rho, double theta) { vpFeatureLine::buildFrom(rho, theta); }
   void buildFrom(double rho, double theta, double A, double B, double C, double D);
 
-  /// The foot and its depth.
-  const DepthEstimate& estimate() const { return estimate_; }
   double slope() const;        ///< of the inverse depth along the line, by (-sin, cos) [1/m]
   double sigma_slope() const;  ///< [1/m]
 
@@ -62,7 +56,6 @@ class FeatureLine : public ObservingFeature<DEPTHSERVO_VISP vpFeatureLine> {
  protected:
   void follow(const Motion& motion) override;
   void forget() override;
-  void makeUsable() override {}
   void describe(std::ostream& out) const override;
 
  private:
@@ -71,10 +64,6 @@ class FeatureLine : public ObservingFeature<DEPTHSERVO_VISP vpFeatureLine> {
   void showPlane();
 
   std::unique_ptr<Filter> filter_;
-  DepthEstimate estimate_;
-  DepthBlend blend_;
-  double Z_guess_ = 1;
-  bool startsAnew_ = false;  // there was another guess
   double sigma_rho_ = 8e-4, sigma_theta_ = 3e-3;
 };
 

@@ -6,9 +6,8 @@
 #include <memory>
 
 #include "depthservo/depth/ErrorProfile.h"
-#include "depthservo/features/DepthBlend.h"
 #include "depthservo/features/ObservedPlane.h"
-#include "depthservo/features/ObservingFeature.h"
+#include "depthservo/features/ObservingShapeFeature.h"
 
 namespace depthservo {
 
@@ -28,8 +27,9 @@ namespace depthservo {
 /// The motion between two images must not be far beyond what the image is smooth over. Errors of
 /// the odometry count as far as they are white, of scale, or of focal length. An image that is
 /// exactly the one before is taken for none: the plane is predicted. Where points of the plane are
-/// observed, `update` takes their plane instead. `observe` allocates nothing; `init` does.
-class FeatureLuminance : public ObservingFeature<DEPTHSERVO_VISP vpFeatureLuminance> {
+/// observed, `update` takes their plane instead. The depth of `estimate` is that on the optical
+/// axis. `observe` allocates nothing; `init` does.
+class FeatureLuminance : public ObservingShapeFeature<DEPTHSERVO_VISP vpFeatureLuminance> {
  public:
   FeatureLuminance();
   FeatureLuminance(const FeatureLuminance& other);
@@ -38,18 +38,14 @@ class FeatureLuminance : public ObservingFeature<DEPTHSERVO_VISP vpFeatureLumina
 
   /// As ViSP's. \param Z the guess [m]
   void init(unsigned rows, unsigned columns, double Z);
-  void init() override { ObservingFeature::init(); }
+  void init() override { ObservingShapeFeature::init(); }
 
   /// As of FeaturePoint.
   void setErrors(const ErrorProfile& errors) { errors_ = errors; }
-  void setServoDepth(ServoDepth choice) { blend_.setChoice(choice); }
-  void setDesiredDepth(double depth) { blend_.setDesired(depth); }
 
   /// Takes the plane of observed points, instead of `observe`. \rtsafe
   void update(const ObservedPlane& plane);
 
-  /// The depth of the plane on the optical axis.
-  const DepthEstimate& estimate() const { return estimate_; }
   /// (A, B, C) as observed [1/m], and its covariance.
   const Eigen::Vector3d& abc() const { return abc_; }
   const Eigen::Matrix3d& covariance() const { return P_; }
@@ -59,8 +55,6 @@ class FeatureLuminance : public ObservingFeature<DEPTHSERVO_VISP vpFeatureLumina
  protected:
   void follow(const Motion& motion) override;
   void forget() override;
-  void makeUsable() override {}
-  void describe(std::ostream& out) const override;
 
  private:
   class Images;
@@ -73,8 +67,6 @@ class FeatureLuminance : public ObservingFeature<DEPTHSERVO_VISP vpFeatureLumina
 
   std::unique_ptr<Images> images_;
   ErrorProfile errors_ = ErrorProfile::arm();
-  DepthEstimate estimate_;
-  DepthBlend blend_;
   Eigen::Vector3d abc_ = Eigen::Vector3d::UnitZ();
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Identity();
 };

@@ -3,9 +3,7 @@
 #include <visp3/core/vpCameraParameters.h>
 #include <visp3/visual_features/vpFeaturePoint.h>
 
-#include "depthservo/features/ObservedPoint.h"
-#include "depthservo/motion/ToldMotion.h"
-#include "depthservo/visp/visp.h"
+#include "depthservo/features/ObservingPointFeature.h"
 
 namespace depthservo {
 
@@ -36,7 +34,10 @@ namespace depthservo {
 ///
 /// Real-time: `observe` does not allocate, throw, lock or print. What reaches ViSP is always
 /// finite, with Z within the range. One thread per object; copies are independent.
-class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
+///
+/// Z* is that of `setDesiredDepth`, else of the desired feature met in `error`, if it was set
+/// there: ViSP's default of 1 m says nothing.
+class FeaturePoint : public ObservingPointFeature<DEPTHSERVO_VISP vpFeaturePoint> {
  public:
   /// Observes with an InverseDepthFilter that considers the errors of ErrorProfile::arm(): precise
   /// joints, a camera mounted by hand. For other robots see `setErrors`.
@@ -45,75 +46,15 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   /// Observes with a copy of `estimator`. \param range depths that may reach ViSP [m]
   explicit FeaturePoint(const DepthEstimator& estimator, const DepthRange& range = {});
 
-  FeaturePoint(const FeaturePoint& other);
-  FeaturePoint& operator=(const FeaturePoint& other);
-  ~FeaturePoint() override = default;
-
-  /// What errs on this robot, and so what sigma contains: ErrorProfile::typical() for wheels and a
-  /// gyro, ErrorProfile() for a perfect robot. Replaces the estimator; call it before the first
-  /// `observe`, later calls start the depth anew at the estimate.
-  void setErrors(const ErrorProfile& errors) { point_.setErrors(errors); }
-
-  /// Takes the camera twist (6: vx vy vz wx wy wz [m/s, rad/s], camera frame) that was applied for
-  /// dt [s] since the previous image, and the x and y set since then. A twist of another size, a
-  /// value that is not finite or dt <= 0 is counted (`refused`): the motion of that time (of the
-  /// last dt that could be used) is unknown. The depth coasts with a sigma that grows as
-  /// `setUnknownMotion` allows, measured or not, and measurements say where the point is, nothing
-  /// of its depth. \rtsafe
-  void observe(const DEPTHSERVO_VISP vpColVector& twist, double dt);
-
-  /// The same from the motion itself. \rtsafe
-  void observe(const Motion& motion);
-
   /// Fuses a depth measured now, e.g. by a range sensor. \param Z, sigma_Z [m], > 0 \rtsafe
   void setDepth(double Z, double sigma_Z);
-
-  /// The depth at the goal, Z* [m]. While the observed depth is vague the servo uses a blend of
-  /// both, weighted by their variances (that of the desired one being 0.7/Z); `estimate()` is never
-  /// blended. Without this call the depth of the desired feature met in `error` serves, if it was
-  /// set: ViSP's default of 1 m says nothing. \rtsafe
-  void setDesiredDepth(double depth) { point_.setDesiredDepth(depth); }
-
-  /// What the servo is given while the observed depth is vague. `blended` (default): while
-  /// `DepthEstimate::isDoubtful` no depth beyond the larger of Z* and the near end of the interval;
-  /// without Z* the near end alone. Doubt slows the robot down, never up. `observed`: the estimate
-  /// as it is. \rtsafe
-  void setServoDepth(ServoDepth choice) { point_.setServoDepth(choice); }
-
-  /// How the camera may move while its motion is unknown. \rtsafe
-  void setUnknownMotion(const UnknownMotion& bounds) { motion_.setBounds(bounds); }
-
-  /// Image noise: standard deviation per axis [px], > 0. Default 8e-4 normalised (0.5 px at 600
-  /// px). \rtsafe
-  void setNoise(double sigma_px, const DEPTHSERVO_VISP vpCameraParameters& cam) {
-    point_.setNoise(sigma_px, cam);
-  }
-
-  /// The point and its depth at the last `observe`; status `unset` before the first.
-  const DepthEstimate& estimate() const { return point_.estimate(); }
-
-  /// True when the task computes errors with this feature without ever asking for its interaction
-  /// matrix, as vpServo does in its default mode DESIRED and in USER_DEFINED: the observed depth is
-  /// then not used.
-  bool depthUnused() const { return depthUnused_; }
-
-  /// Calls of `observe` whose twist or dt could not be used.
-  unsigned refused() const { return motion_.refused(); }
-
-  /// For how long, up to the last `observe`, the twists could not be used [s]; 0 while they can.
-  double unknownFor_s() const { return motion_.unknownFor_s(); }
 
   /// Images since the first `observe` before which a depth was set, and those of them that started
   /// the depth anew.
   unsigned depthsSet() const { return point_.depthsSet(); }
   unsigned restarts() const { return point_.restarts(); }
 
-  void init() override;
-  FeaturePoint* duplicate() const override;
-  DEPTHSERVO_VISP vpMatrix interaction(unsigned int select = FEATURE_ALL) override;
-  DEPTHSERVO_VISP vpColVector error(const DEPTHSERVO_VISP vpBasicFeature& s_star,
-                                    unsigned int select = FEATURE_ALL) override;
-  void print(unsigned int select = FEATURE_ALL) const override;
+  FeaturePoint* duplicate() const override { return new FeaturePoint(*this); }
   void display(const DEPTHSERVO_VISP vpCameraParameters& cam,
                const DEPTHSERVO_VISP vpImage<unsigned char>& I,
                const DEPTHSERVO_VISP vpColor& color = DEPTHSERVO_VISP vpColor::green,
@@ -122,6 +63,11 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
                const DEPTHSERVO_VISP vpImage<DEPTHSERVO_VISP vpRGBa>& I,
                const DEPTHSERVO_VISP vpColor& color = DEPTHSERVO_VISP vpColor::green,
                unsigned int thickness = 1) const override;
+
+ protected:
+  void follow(const Motion& motion) override;
+  void meet(const DEPTHSERVO_VISP vpBasicFeature& s_star) override;
+  void describe(std::ostream& out) const override;
 
  private:
   friend class FeaturePointGroup;
@@ -133,10 +79,6 @@ class FeaturePoint : public DEPTHSERVO_VISP vpFeaturePoint {
   /// Hands a point to ViSP and forgets what was set.
   void show(const ShownPoint& point);
   void publish(const DepthEstimate& estimate);  // of a group
-
-  ObservedPoint point_;
-  bool interactionAsked_ = false, depthUnused_ = false;
-  ToldMotion motion_;
 };
 
 }  // namespace depthservo

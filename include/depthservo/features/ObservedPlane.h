@@ -54,6 +54,10 @@ class ObservedPlane {
   /// Follows the camera past the plane, while its points are not seen. \rtsafe
   void predict(const Motion& motion);
 
+  /// Whether there is a plane, or at least its distance.
+  bool isKnown() const {
+    return status_ == PlaneStatus::fitted || status_ == PlaneStatus::frontoParallel;
+  }
   PlaneStatus status() const { return status_; }
 
   /// (A, B, C) [1/m]; (0, 0, 1) before the first points.

@@ -6,6 +6,7 @@
 
 #include <iostream>
 
+#include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/motion/ToldMotion.h"
 #include "depthservo/visp/visp.h"
 
@@ -14,6 +15,9 @@ namespace depthservo {
 namespace detail {
 /// \return a motion that is not usable where the twist is not
 Motion motionOf(const DEPTHSERVO_VISP vpColVector& twist, double dt);
+
+/// One line; nothing before the first estimate.
+void describeDepth(std::ostream& out, const DepthEstimate& estimate);
 }  // namespace detail
 
 /// What the drop-ins for ViSP's features have in common: `observe`, and what they override. See
@@ -45,19 +49,29 @@ class ObservingFeature : public VispFeature {
   }
 
   /// Takes the camera twist (6: vx vy vz wx wy wz [m/s, rad/s], camera frame) that was applied for
-  /// dt [s] since the previous image, and the feature as set since then. What cannot be used is
-  /// counted (`refused`), and the motion of that time is unknown. \rtsafe
+  /// dt [s] since the previous image, and the feature as set since then. A twist of another size, a
+  /// value that is not finite or dt <= 0 is counted (`refused`): the motion of that time (of the
+  /// last dt that could be used) is unknown. The depth coasts with a sigma that grows as
+  /// `setUnknownMotion` allows, measured or not, and measurements say where the feature is, nothing
+  /// of its depth. \rtsafe
   void observe(const DEPTHSERVO_VISP vpColVector& twist, double dt) {
     observe(detail::motionOf(twist, dt));
   }
-  void observe(const Motion& motion) { follow(motion_.take(motion)); }  ///< \rtsafe
+  /// The same from the motion itself. \rtsafe
+  void observe(const Motion& motion) { follow(motion_.take(motion)); }
 
   /// How the camera may move while its motion is unknown. \rtsafe
   void setUnknownMotion(const UnknownMotion& bounds) { motion_.setBounds(bounds); }
 
-  /// As of FeaturePoint.
+  /// True when the task computes errors with this feature without ever asking for its interaction
+  /// matrix, as vpServo does in its default mode DESIRED and in USER_DEFINED: the observed depth is
+  /// then not used.
   bool depthUnused() const { return depthUnused_; }
+
+  /// Calls of `observe` whose twist or dt could not be used.
   unsigned refused() const { return motion_.refused(); }
+
+  /// For how long, up to the last `observe`, the twists could not be used [s]; 0 while they can.
   double unknownFor_s() const { return motion_.unknownFor_s(); }
 
   void init() override {
@@ -97,8 +111,9 @@ class ObservingFeature : public VispFeature {
   virtual void meet(const DEPTHSERVO_VISP vpBasicFeature&) {}  ///< the desired feature
   virtual void describe(std::ostream&) const = 0;  ///< what was observed; nothing before
 
- private:
   ToldMotion motion_;
+
+ private:
   bool interactionAsked_ = false, depthUnused_ = false;
 };
 
