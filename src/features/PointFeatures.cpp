@@ -17,6 +17,7 @@ bool isHeldAtNearEnd(const DepthEstimate& e, const DepthRange& range) {
 }  // namespace
 
 PointFeatures::PointFeatures(std::size_t count, const DepthRange& range) : features_(count) {
+  estimates_.reserve(count);
   found_.reserve(count);
   for (FeaturePoint& feature : features_) {
     feature.point_.estimator_ = nullptr;
@@ -34,15 +35,12 @@ void PointFeatures::publish(const PointSetEstimator& estimator,
     features_[i].set_x(point.measurement.x);
     features_[i].set_y(point.measurement.y);
   }
-  const auto estimateOf = [&](std::size_t i) {
-    const int id = static_cast<int>(i);
-    return isLate ? estimator.estimate(id, odometry, now_s) : estimator.estimate(id);
-  };
-  double caution = 1, Z_desiredSum = 0;
-  int desired = 0;
+  estimates_.clear();
   found_.clear();
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    const DepthEstimate e = estimateOf(i);
+    const int id = static_cast<int>(i);
+    const DepthEstimate& e = estimates_.emplace_back(
+        isLate ? estimator.estimate(id, odometry, now_s) : estimator.estimate(id));
     const bool isFound = e.status != DepthStatus::unset && !e.isDoubtful();
     if (isFound && !isHeldAtNearEnd(e, estimator.range())) found_.push_back(e.Z());
   }
@@ -50,8 +48,10 @@ void PointFeatures::publish(const PointSetEstimator& estimator,
   const auto takesThatOfOthers = [&](const DepthEstimate& e) {
     return Z_found > 0 && isHeldAtNearEnd(e, estimator.range());
   };
+  double caution = 1, Z_desiredSum = 0;
+  int desired = 0;
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    const DepthEstimate e = estimateOf(i);
+    const DepthEstimate& e = estimates_[i];
     if (e.status != DepthStatus::unset && !takesThatOfOthers(e)) {
       caution = std::max(caution, e.Z() / e.cautiousZ());
     }
@@ -62,7 +62,7 @@ void PointFeatures::publish(const PointSetEstimator& estimator,
   }
   for (std::size_t i = 0; i < features_.size(); ++i) {
     FeaturePoint& feature = features_[i];
-    const DepthEstimate e = estimateOf(i);
+    const DepthEstimate& e = estimates_[i];
     feature.point_.blend_.setGroup(desired > 0 ? Z_desiredSum / desired : 0, caution,
                                    takesThatOfOthers(e) ? Z_found : 0);
     if (isLate) feature.resetFlags();  // what was measured then is not where the point is now

@@ -13,6 +13,10 @@ Film::Picture shrunk(const vpImage<unsigned char>& image) {
   const unsigned block = std::max(1U, (size + Film::kLargest_px - 1) / Film::kLargest_px);
   const unsigned width = image.getWidth() / block, height = image.getHeight() / block;
   Film::Picture picture{0, static_cast<int>(width), static_cast<int>(height), {}};
+  if (block == 1) {
+    picture.gray.assign(image.bitmap, image.bitmap + image.getSize());
+    return picture;
+  }
   picture.gray.reserve(std::size_t{width} * height);
   for (unsigned v = 0; v < height; ++v) {
     for (unsigned u = 0; u < width; ++u) {

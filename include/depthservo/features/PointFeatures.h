@@ -31,7 +31,8 @@ class PointFeatures {
   std::vector<FeaturePoint> features_;
 
  private:
-  std::vector<double> found_;  // depths that are not doubtful [m]
+  std::vector<DepthEstimate> estimates_;  // of the features, now
+  std::vector<double> found_;             // depths that are not doubtful [m]
 };
 
 }  // namespace depthservo
