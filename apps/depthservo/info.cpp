@@ -17,14 +17,6 @@ struct InfoArguments {
   bool json = false;
 };
 
-/// Roll, pitch, yaw of Rz(yaw) Ry(pitch) Rx(roll) [rad].
-Eigen::Vector3d rpyOf(const Eigen::Matrix3d& R) {
-  const double across = std::hypot(R(0, 0), R(1, 0));
-  const bool isVertical = across < 1e-9;
-  return {isVertical ? std::atan2(-R(1, 2), R(1, 1)) : std::atan2(R(2, 1), R(2, 2)),
-          std::atan2(-R(2, 0), across), isVertical ? 0 : std::atan2(R(1, 0), R(0, 0))};
-}
-
 void printTopic(const RecordedTopic& t) {
   std::string line = fmt::format("  {} ({}): {}", t.name, t.type, t.messages);
   if (t.unreadable > 0) line += fmt::format(" and {} that cannot be read", t.unreadable);
@@ -53,7 +45,7 @@ void print(const RecordingInfo& info) {
   fmt::print("\n");
   for (const RecordedTopic& topic : info.topics) printTopic(topic);
   for (const FrameInfo& frame : info.frames) {
-    const Eigen::Vector3d p = frame.pose.translation(), rpy = rpyOf(frame.pose.linear());
+    const auto [p, rpy] = RpyPose::of(frame.pose);
     fmt::print("  frame {} in {}: xyz {:.4g} {:.4g} {:.4g} m, rpy {:.4g} {:.4g} {:.4g} rad{}\n",
                frame.name, frame.parent, p.x(), p.y(), p.z(), rpy.x(), rpy.y(), rpy.z(),
                frame.isStill ? "" : " at first, it moves");
@@ -94,7 +86,7 @@ void printJson(const RecordingInfo& info) {
   for (const RecordedTopic& topic : info.topics) topics.push_back(toJson(topic));
   auto& frames = json["frames"] = nlohmann::ordered_json::array();
   for (const FrameInfo& frame : info.frames) {
-    const Eigen::Vector3d p = frame.pose.translation(), rpy = rpyOf(frame.pose.linear());
+    const auto [p, rpy] = RpyPose::of(frame.pose);
     frames.push_back({{"name", frame.name},
                       {"parent", frame.parent},
                       {"xyz", {p.x(), p.y(), p.z()}},

@@ -30,12 +30,6 @@ Eigen::Vector3d middleOf(const TargetOptions& target) {
   return middle / static_cast<double>(target.points.size());
 }
 
-/// Rz(yaw) Ry(pitch) Rx(roll).
-Eigen::Vector3d rpyOf(const Eigen::Matrix3d& R) {
-  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0))),
-          std::atan2(R(1, 0), R(0, 0))};
-}
-
 RobotPose freePoseAt(const Scenario& scenario, const SweepStart& s) {
   using Eigen::Vector3d;
   Eigen::Isometry3d oMc(Eigen::Translation3d(middleOf(scenario.target)));
@@ -45,7 +39,7 @@ RobotPose freePoseAt(const Scenario& scenario, const SweepStart& s) {
         turned(s.roll, Vector3d::UnitZ());
   const Eigen::Isometry3d wMc = scenario.target.pose.isometry() * oMc;
   RobotPose pose = scenario.robot.initial;
-  pose.camera = {wMc.translation(), rpyOf(wMc.linear())};
+  pose.camera = RpyPose::of(wMc);
   return pose;
 }
 
@@ -54,7 +48,8 @@ RobotPose floorPoseAt(const Scenario& scenario, const SweepStart& s) {
   RobotPose pose = scenario.robot.initial;
   pose.x = pose.y = pose.theta = 0;
   const Eigen::Isometry3d rMc = makeRobot(scenario.robot, pose)->wMc();
-  const Eigen::Vector2d front = -wMo.linear().col(2).head<2>(), axis = rMc.linear().col(2).head<2>();
+  const Eigen::Vector2d front = -wMo.linear().col(2).head<2>(),
+                        axis = rMc.linear().col(2).head<2>();
   constexpr double kLeast = 0.1;  // of the front and the optical axis on the floor
   if (front.norm() < kLeast || axis.norm() < kLeast) {
     throw InputError({scenario.file, 0, "start"},
@@ -63,8 +58,9 @@ RobotPose floorPoseAt(const Scenario& scenario, const SweepStart& s) {
   const double direction = std::atan2(front.y(), front.x()) + s.bearing;
   const double optical = direction + M_PI + s.aim;
   const double heading = optical - std::atan2(axis.y(), axis.x());
-  const Eigen::Vector2d camera = (wMo * middleOf(scenario.target)).head<2>() +
-                                 s.distance * Eigen::Vector2d(std::cos(direction), std::sin(direction));
+  const Eigen::Vector2d camera =
+      (wMo * middleOf(scenario.target)).head<2>() +
+      s.distance * Eigen::Vector2d(std::cos(direction), std::sin(direction));
   const Eigen::Vector2d robot =
       camera - Eigen::Rotation2Dd(heading) * Eigen::Vector2d(rMc.translation().head<2>());
   pose.x = robot.x();
@@ -140,17 +136,18 @@ bool seesTarget(const Scenario& scenario, const RobotPose& pose, double margin_p
   const PinholeCamera camera = scenario.camera.pinhole();
   const Eigen::Isometry3d cMo =
       makeRobot(scenario.robot, pose)->wMc().inverse() * scenario.target.pose.isometry();
-  return std::all_of(
-      scenario.target.points.begin(), scenario.target.points.end(), [&](const auto& point) {
-        const Eigen::Vector3d p = cMo * point;
-        if (!(p.z() > scenario.depth.Z_min)) return false;
-        const Eigen::Vector2d pixel = camera.toPixel(p.x() / p.z(), p.y() / p.z());
-        return pixel.x() > margin_px && pixel.x() < camera.width - 1 - margin_px &&
-               pixel.y() > margin_px && pixel.y() < camera.height - 1 - margin_px;
-      });
+  return std::all_of(scenario.target.points.begin(), scenario.target.points.end(),
+                     [&](const auto& point) {
+                       const Eigen::Vector3d p = cMo * point;
+                       if (!(p.z() > scenario.depth.Z_min)) return false;
+                       const Eigen::Vector2d pixel = camera.toPixel(p.x() / p.z(), p.y() / p.z());
+                       return pixel.x() > margin_px && pixel.x() < camera.width - 1 - margin_px &&
+                              pixel.y() > margin_px && pixel.y() < camera.height - 1 - margin_px;
+                     });
 }
 
-std::optional<SweepStart> drawStart(const Scenario& scenario, const SweepCone& cone, const std::string& text) {
+std::optional<SweepStart> drawStart(const Scenario& scenario, const SweepCone& cone,
+                                    const std::string& text) {
   constexpr int kMostTries = 2000;
   const bool isFree = scenario.robot.type == RobotKind::free;
   Draws draws(text);

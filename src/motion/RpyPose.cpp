@@ -1,5 +1,7 @@
 #include "depthservo/motion/RpyPose.h"
 
+#include <cmath>
+
 namespace depthservo {
 
 Eigen::Isometry3d RpyPose::isometry() const {
@@ -10,6 +12,15 @@ Eigen::Isometry3d RpyPose::isometry() const {
                       .toRotationMatrix();
   pose.translation() = xyz;
   return pose;
+}
+
+RpyPose RpyPose::of(const Eigen::Isometry3d& pose) {
+  const Eigen::Matrix3d R = pose.linear();
+  const double across = std::hypot(R(0, 0), R(1, 0));
+  const bool isVertical = across < 1e-9;
+  return {pose.translation(),
+          {isVertical ? std::atan2(-R(1, 2), R(1, 1)) : std::atan2(R(2, 1), R(2, 2)),
+           std::atan2(-R(2, 0), across), isVertical ? 0 : std::atan2(R(1, 0), R(0, 0))}};
 }
 
 }  // namespace depthservo

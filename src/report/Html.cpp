@@ -3,29 +3,13 @@
 #include "depthservo/text/InputError.h"
 #include "report/EmbeddedReport.h"
 #include "text/TextFile.h"
+#include "text/base64.h"
 
 namespace depthservo::html {
 namespace {
 
 /// Largest image that is read [bytes].
 constexpr std::size_t kLargestFile = std::size_t{1} << 28;
-
-std::string base64(std::string_view bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= count ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
-    }
-  }
-  return text;
-}
 
 }  // namespace
 
@@ -64,7 +48,7 @@ std::string pngBytes(const std::filesystem::path& file) {
 }
 
 std::string dataUrl(std::string_view bytes, std::string_view kind) {
-  return "data:image/" + std::string(kind) + ";base64," + base64(bytes);
+  return "data:image/" + std::string(kind) + ";base64," + detail::base64(bytes);
 }
 
 std::string pngSource(const std::filesystem::path& file) { return dataUrl(pngBytes(file)); }

@@ -7,27 +7,10 @@
 #include "depthservo/sequence/CommandStream.h"
 #include "report/reportable.h"
 #include "sequence/GrayImage.h"
+#include "text/base64.h"
 
 namespace depthservo::foxglove {
 namespace {
-
-std::string base64(std::string_view bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const unsigned char byte =
-          i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0;
-      three = three << 8 | byte;
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += i + k <= bytes.size() ? kDigits[three >> (18 - 6 * k) & 63] : '=';
-    }
-  }
-  return text;
-}
 
 Json json(const Time& time) { return {{"sec", time.sec}, {"nsec", time.nsec}}; }
 Json json(const Eigen::Vector3d& p) { return {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}}; }
@@ -155,7 +138,7 @@ Json compressedImage(double time_s, const DEPTHSERVO_VISP vpImage<unsigned char>
       kQuick);
   return {{"timestamp", json(Time(time_s))},
           {"frame_id", kCamera},
-          {"data", base64(png)},
+          {"data", detail::base64(png)},
           {"format", "png"}};
 }
 
@@ -204,7 +187,7 @@ Json pointCloud(const FrameRecord& frame) {
           {"pose", poseAt(Eigen::Vector3d::Zero())},
           {"point_stride", stride},
           {"fields", fields},
-          {"data", base64(data)}};
+          {"data", detail::base64(data)}};
 }
 
 Json sceneUpdate(const FrameRecord& frame) {
