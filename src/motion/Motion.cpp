@@ -107,4 +107,10 @@ Twist Motion::twist() const {
   return {-v / dt, -w / dt};
 }
 
+Twist twistOfCamera(const Eigen::Isometry3d& bMc, const Twist& ofBody) {
+  const Eigen::Matrix3d cRb = bMc.linear().transpose();
+  const Eigen::Vector3d lever = bMc.translation();
+  return {cRb * (ofBody.linear + ofBody.angular.cross(lever)), cRb * ofBody.angular};
+}
+
 }  // namespace depthservo

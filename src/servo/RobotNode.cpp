@@ -19,12 +19,6 @@ struct Sources {
 
 }  // namespace
 
-Twist cameraTwistOf(const Twist& body, const Eigen::Isometry3d& bodyFromCamera) {
-  const Eigen::Matrix3d toCamera = bodyFromCamera.linear().transpose();
-  return {toCamera * (body.linear + body.angular.cross(bodyFromCamera.translation())),
-          toCamera * body.angular};
-}
-
 struct RobotNode::Parts : RunWatcher {
   explicit Parts(const RobotNodeOptions& o) : options(o) {
     if (o.images.isPlayback) sources = std::make_unique<Sources>(o.images);
@@ -68,7 +62,7 @@ void RobotNode::push(TimedImage image) {
 }
 
 void RobotNode::pushBaseTwist(double time_s, const Twist& base) {
-  pushCameraTwist(time_s, cameraTwistOf(base, parts_->options.baseFromCamera));
+  pushCameraTwist(time_s, twistOfCamera(parts_->options.baseFromCamera, base));
 }
 
 void RobotNode::pushCameraTwist(double time_s, const Twist& camera) {

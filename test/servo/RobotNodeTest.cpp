@@ -34,7 +34,7 @@ TEST(RobotNode, camera_twist_has_the_lever_arm_and_the_tilt) {
   const Eigen::Isometry3d after = moved(h), before = moved(-h);
   const Eigen::Vector3d v = (after.translation() - before.translation()) / (2 * h);
   const Eigen::Matrix3d W = (after.linear() - before.linear()) / (2 * h);
-  const Twist camera = cameraTwistOf(body, bTc);
+  const Twist camera = twistOfCamera(bTc, body);
   EXPECT_TRUE(camera.linear.isApprox(v, 1e-6))
       << camera.linear.transpose() << "; " << v.transpose();
   EXPECT_TRUE(camera.angular.isApprox(Eigen::Vector3d(W(2, 1), W(0, 2), W(1, 0)), 1e-6));

@@ -65,4 +65,8 @@ struct Motion {
   bool isUsable() const { return dt >= 1e-9 && dt <= 1e6 && isFinite(); }
 };
 
+/// Twist of a camera at the pose bMc = (R, p) in a body with that twist, each in its own frame:
+/// v_c = R^T (v + w x p), w_c = R^T w. Both see the same rigid motion.
+Twist twistOfCamera(const Eigen::Isometry3d& bMc, const Twist& ofBody);
+
 }  // namespace depthservo

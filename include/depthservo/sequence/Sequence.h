@@ -121,9 +121,6 @@ struct SequenceOptions {
 /// Whether it is a ROS bag: .bag, .mcap, .db3, or the folder of a ROS 2 recording.
 bool isBag(const std::string& path);
 
-/// Twist of a camera at the pose bMc in a body with that twist: both see the same rigid motion.
-Twist twistOfCamera(const Eigen::Isometry3d& bMc, const Twist& ofBody);
-
 /// Recorded data: a folder in the layout of TUM RGB-D with our additions; one of ICL-NUIM
 /// (associations.txt, *.gt.freiburg) or EuRoC (mav0/cam0, state_groundtruth_estimate0) as
 /// downloaded; a ROS bag; or a folder of numbered images ("image.0001.pgm"; then `options` must

@@ -18,10 +18,6 @@
 
 namespace depthservo {
 
-/// Twist of a camera that is fixed to a body, of the body's twist (each in its own frame): with the
-/// camera's pose (R, p) in the body, v_c = R^T (v + w x p), w_c = R^T w.
-Twist cameraTwistOf(const Twist& body, const Eigen::Isometry3d& bodyFromCamera);
-
 struct RobotNodeOptions {
   std::string name = "node";
   /// Pose of the camera (x right, y down, z forward) in the base that the odometry is of.

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <mutex>
 
+#include "depthservo/motion/Motion.h"
 #include "depthservo/sequence/Sequence.h"
 #include "sequence/ImageStore.h"
 #include "sequence/bag/BagRoles.h"
@@ -127,12 +128,6 @@ std::string clockSentence(const std::vector<const SurveyedTopic*>& used) {
 }  // namespace
 
 bool isBag(const std::string& path) { return isBagPath(path); }
-
-Twist twistOfCamera(const Eigen::Isometry3d& bMc, const Twist& ofBody) {
-  const Eigen::Matrix3d cRb = bMc.linear().transpose();
-  const Eigen::Vector3d lever = bMc.translation();
-  return {cRb * (ofBody.linear + ofBody.angular.cross(lever)), cRb * ofBody.angular};
-}
 
 void Sequence::readBag(const SequenceOptions& options) {
   if (options.fps > 0) {
