@@ -1,8 +1,5 @@
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -51,33 +48,13 @@ TEST(Names, of_folders_are_never_executed) {
   }
 }
 
-/// Sends a signal to `record` as soon as it has begun to write beside its place.
-/// \return the signal that ended it; 0: it ended by itself
-int signalThatEndsRecord(const TemporaryFolder& place, int signal) {
-  const std::string scenario = data("scenarios/unicycle-4dots.yaml"),
-                    sequence = (place / "sequence").string();
-  const pid_t child = fork();
-  if (child == 0) {
-    const int nowhere = open("/dev/null", O_WRONLY);
-    dup2(nowhere, STDERR_FILENO);
-    execl(DEPTHSERVO_TOOL, DEPTHSERVO_TOOL, "record", scenario.c_str(), sequence.c_str(), nullptr);
-    _exit(127);
-  }
-  int status = 0;
-  while (waitpid(child, &status, WNOHANG) == 0) {
-    usleep(2000);
-    if (place.isEmpty()) continue;
-    kill(child, signal);  // once: a second one ends it at once, whatever it leaves
-    waitpid(child, &status, 0);
-    break;
-  }
-  return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-}
-
 TEST(Record, leaves_nothing_when_it_is_interrupted) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const TemporaryFolder place;
-    EXPECT_EQ(signalThatEndsRecord(place, signal), signal);
+    const Result result = depthservoInterrupted(
+        "record " + data("scenarios/unicycle-4dots.yaml") + " " + (place / "sequence").string(),
+        signal, [&] { return !place.isEmpty(); });
+    EXPECT_EQ(result.exitCode, 128 + signal);
     EXPECT_TRUE(place.isEmpty());
   }
 }

@@ -1,7 +1,9 @@
 #include "cli/Tool.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,13 +15,41 @@
 
 namespace depthservo::test {
 
+namespace {
+
+/// \param place takes the two files of what it says
+std::string shellCommand(const std::string& arguments, const TemporaryFolder& place) {
+  return DEPTHSERVO_TOOL " " + arguments + " >" + (place / "out").string() + " 2>" +
+         (place / "err").string() + " </dev/null";
+}
+
+}  // namespace
+
 Result depthservo(const std::string& arguments, const std::string& environment) {
-  const TemporaryFolder folder;
-  const std::string out = folder / "out", err = folder / "err";
-  const std::string command = environment + " " + DEPTHSERVO_TOOL + " " + arguments + " >" + out +
-                              " 2>" + err + " </dev/null";
-  const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("out"), folder.read("err")};
+  const TemporaryFolder place;
+  const int status = std::system((environment + " " + shellCommand(arguments, place)).c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, place.read("out"), place.read("err")};
+}
+
+Result depthservoInterrupted(const std::string& arguments, int signal,
+                             const std::function<bool()>& isDue) {
+  const TemporaryFolder place;
+  const std::string command = "exec " + shellCommand(arguments, place);
+  const pid_t child = fork();
+  if (child == 0) {
+    execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+    _exit(127);
+  }
+  int status = 0;
+  while (waitpid(child, &status, WNOHANG) == 0) {
+    usleep(2000);
+    if (!isDue()) continue;
+    kill(child, signal);  // once: a second one ends it at once, whatever it leaves
+    waitpid(child, &status, 0);
+    break;
+  }
+  const int exitCode = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  return {exitCode, place.read("out"), place.read("err")};
 }
 
 void record(const std::string& arguments, const std::string& sequence) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -18,6 +19,11 @@ struct Result {
 /// Runs `depthservo <arguments>` through a shell, as typed. \param environment "NAME=value" before
 /// it
 Result depthservo(const std::string& arguments, const std::string& environment = "");
+
+/// The same, with one signal as soon as `isDue`. The exit code is a shell's: 128 + the signal that
+/// ended it.
+Result depthservoInterrupted(const std::string& arguments, int signal,
+                             const std::function<bool()>& isDue);
 
 /// Records a run into a new folder. \param arguments the scenario and its settings
 void record(const std::string& arguments, const std::string& sequence);
