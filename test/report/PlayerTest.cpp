@@ -25,21 +25,21 @@ RunLog filmedLog() {
   return log;
 }
 
-/// What a page says of itself in its title, after a script of ours has driven it. Empty: no
-/// browser.
+/// What a page says of itself in its title, after a script of ours has driven it, as soon as the
+/// page and its frames are there. Empty: no browser.
 std::string titleAfter(std::string page, const TemporaryFolder& place, const std::string& script) {
   if (std::system("command -v chromium > /dev/null 2>&1") != 0) return "";
   const std::string end = "</body>";
   page.insert(page.rfind(end),
               "<script>window.onerror = what => { document.title = 'error: ' + what; };\n"
-              "setTimeout(() => { " +
-                  script + " }, 500);</script>");
+              "window.addEventListener('load', () => { " +
+                  script + " });</script>");
   place.write("page.html", page);
   const std::string command =
-      "timeout 60 chromium --headless --no-sandbox --disable-gpu --window-size=1400,1000 "
+      "timeout 300 chromium --headless --no-sandbox --disable-gpu --window-size=1400,1000 "
       "--user-data-dir='" +
-      (place / "browser").string() + "' --virtual-time-budget=15000 --dump-dom 'file://" +
-      (place / "page.html").string() + "' > '" + (place / "dom").string() + "' 2> /dev/null";
+      (place / "browser").string() + "' --dump-dom 'file://" + (place / "page.html").string() +
+      "' > '" + (place / "dom").string() + "' 2> /dev/null";
   if (std::system(command.c_str()) != 0) return "the browser failed";
   const std::string dom = place.read("dom");
   const std::size_t begin = dom.find("<title>") + 7;
