@@ -28,7 +28,7 @@ function(depthservo_sources target)
   depthservo_own(${target})
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_precompile_headers(${target} PRIVATE ${depthservo_heavy_headers})
-  if(NOT target STREQUAL depthservo_core)  # the estimators alone are worth more time
+  if(NOT target MATCHES "_(core|features)$")  # the estimators alone are worth more time
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O2>)
   endif()
   if(DEPTHSERVO_UNITY AND NOT target STREQUAL depthservo_papers)  # there local names are alike

@@ -8,14 +8,16 @@ namespace depthservo::detail {
 
 /// Derivative of d(x, y, chi)/dt by a small rotation m of the camera against its assumed mount:
 /// du/dm_i = (v x e_i, w x e_i).
-/// \param L rateByTwist, 3x6
-inline Eigen::Matrix3d byMount(const Eigen::Matrix<double, 3, 6>& L, const Twist& twist) {
-  const auto cross = [](const Eigen::Vector3d& a) {
-    Eigen::Matrix3d m;
-    m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-    return m;
-  };
-  return L.leftCols<3>() * cross(twist.linear) + L.rightCols<3>() * cross(twist.angular);
+/// \param L rateByTwist, or that of another state: N x 6
+template <int N>
+Eigen::Matrix<double, N, 3> byMount(const Eigen::Matrix<double, N, 6>& L, const Twist& twist) {
+  const Eigen::Vector3d &v = twist.linear, &w = twist.angular;
+  Eigen::Matrix<double, N, 3> m;  // each row of L, by its halves, x v and x w
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    m.col(i) = L.col(j) * v[k] - L.col(k) * v[j] + L.col(3 + j) * w[k] - L.col(3 + k) * w[j];
+  }
+  return m;
 }
 
 /// d(x, y, chi) after a motion by the scale of its translation. \param F flowJacobian, 3x3

@@ -23,6 +23,7 @@ struct EllipseModel {
   struct Moved {
     State x;
     Square F;
+    Eigen::Matrix<double, 8, 6> L;
     bool isAhead;
   };
 
@@ -44,25 +45,8 @@ struct EllipseModel {
     next.F.block<5, 1>(0, 4) = byDual(D, -2 * H.col(1), H.col(1));
     for (int i = 0; i < 3; ++i) next.F.block<5, 1>(0, 5 + i) = byDual(D, motion.t, HD.col(i));
     next.F.bottomRightCorner<3, 3>() = plane.J;
+    next.L = rate(next.x);
     return next;
-  }
-
-  /// Chaumette 2004, (14) and (26), and that of the plane.
-  static Eigen::Matrix<double, 8, 6> rate(const State& s) {
-    const double x = s[0], y = s[1], n20 = s[2], n11 = s[3], n02 = s[4];
-    const double A = s[5], B = s[6], C = s[7], chi = A * x + B * y + C;
-    const double a = A * n20 + B * n11, b = A * n11 + B * n02;
-    Eigen::Matrix<double, 8, 6> L;
-    L << -chi, 0, x * chi + 4 * a, x * y + 4 * n11, -1 - x * x - 4 * n20, y,  //
-        0, -chi, y * chi + 4 * b, 1 + y * y + 4 * n02, -x * y - 4 * n11, -x,  //
-        -2 * a, 0, 2 * (chi * n20 + x * a), 2 * (y * n20 + x * n11), -4 * n20 * x, 2 * n11, -b, -a,
-        y * a + x * b + 2 * chi * n11, 3 * y * n11 + x * n02, -y * n20 - 3 * x * n11,
-        n02 - n20,  //
-        0, -2 * b, 2 * (chi * n02 + y * b), 4 * y * n02, -2 * (y * n11 + x * n02), -2 * n11, A * A,
-        A * B, A * C, 0, -C, B,         //
-        A * B, B * B, B * C, C, 0, -A,  //
-        A * C, B * C, C * C, -B, A, 0;
-    return L;
   }
 
   static Measured innovation(const Measured& z, const State& x) { return z - x.head<5>(); }
@@ -92,6 +76,24 @@ struct EllipseModel {
   }
 
  private:
+  /// Chaumette 2004, (14) and (26), and that of the plane.
+  static Eigen::Matrix<double, 8, 6> rate(const State& s) {
+    const double x = s[0], y = s[1], n20 = s[2], n11 = s[3], n02 = s[4];
+    const double A = s[5], B = s[6], C = s[7], chi = A * x + B * y + C;
+    const double a = A * n20 + B * n11, b = A * n11 + B * n02;
+    Eigen::Matrix<double, 8, 6> L;
+    L << -chi, 0, x * chi + 4 * a, x * y + 4 * n11, -1 - x * x - 4 * n20, y,  //
+        0, -chi, y * chi + 4 * b, 1 + y * y + 4 * n02, -x * y - 4 * n11, -x,  //
+        -2 * a, 0, 2 * (chi * n20 + x * a), 2 * (y * n20 + x * n11), -4 * n20 * x, 2 * n11, -b, -a,
+        y * a + x * b + 2 * chi * n11, 3 * y * n11 + x * n02, -y * n20 - 3 * x * n11,
+        n02 - n20,  //
+        0, -2 * b, 2 * (chi * n02 + y * b), 4 * y * n02, -2 * (y * n11 + x * n02), -2 * n11, A * A,
+        A * B, A * C, 0, -C, B,         //
+        A * B, B * B, B * C, C, 0, -A,  //
+        A * C, B * C, C * C, -B, A, 0;
+    return L;
+  }
+
   static Eigen::Matrix3d dual(const State& s) {
     Eigen::Matrix3d D;
     D << s[0] * s[0] - 4 * s[2], s[0] * s[1] - 4 * s[3], s[0],  //

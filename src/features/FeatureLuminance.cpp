@@ -11,10 +11,15 @@
 namespace depthservo {
 namespace {
 
-constexpr int kIterations = 3;             // of Gauss-Newton per image
-constexpr std::size_t kMostPixels = 8000;  // that the fit looks at
+constexpr int kIterations = 3;  // of Gauss-Newton per image, at most
 
-/// Neighbouring pixels err alike, by their interpolation: so many count as one.
+/// A step shorter than this [sigma] is the last.
+constexpr double kShortStep = 0.1;
+
+/// That the fit looks at, at most.
+constexpr double kMostPixels = 2000;
+
+/// Neighbouring pixels err alike, by their interpolation: those of so large an area count as one.
 constexpr double kAlike = 16;
 
 /// Least standard deviation of a gray level.
@@ -41,8 +46,8 @@ class FeatureLuminance::Images {
     height_ = height;
     before_.assign(width * height, 0);
     hasBefore_ = false;
-    step_ = std::max<std::size_t>(
-        1, static_cast<std::size_t>(std::sqrt(double(width * height) / double(kMostPixels))));
+    step_ = static_cast<std::size_t>(
+        std::max(1., std::ceil(std::sqrt(double(width * height) / kMostPixels))));
   }
   void forget() { hasBefore_ = false; }
   bool hasBefore() const { return hasBefore_; }
@@ -60,6 +65,9 @@ class FeatureLuminance::Images {
     for (std::size_t i = 0; i < before_.size(); ++i) before_[i] = static_cast<float>(now[i].I);
     hasBefore_ = true;
   }
+
+  /// How many pixels of the fit count as one.
+  double alike() const { return std::max(1., kAlike / double(step_ * step_)); }
 
   std::size_t looked() const { return ((width_ - 1) / step_ + 1) * ((height_ - 1) / step_ + 1); }
 
@@ -185,16 +193,18 @@ bool FeatureLuminance::align(const Motion& motion) {
     const double chi = abc.z();
     const double gray2 = std::max(kLeastGray * kLeastGray, fit.squares / double(fit.count));
     // What the odometry's noise leaves open is common to all pixels.
-    const Eigen::Matrix3d N = fit.N / (kAlike * gray2);
+    const double variance = images_->alike() * gray2;
+    const Eigen::Matrix3d N = fit.N / variance;
     const double open = (noise.variance_t * chi * chi + noise.variance_theta) / t2;
     const Eigen::Matrix3d share = (Eigen::Matrix3d::Identity() + open * N).inverse();
     information = prior + share * N;
     const Eigen::Vector3d change =
-        information.inverse() * (share * fit.b / (kAlike * gray2) - prior * (abc - predicted));
+        information.inverse() * (share * fit.b / variance - prior * (abc - predicted));
     if (!change.allFinite()) return false;
     abc += change;
     abc.z() = blend_.range().clampChi(abc.z());
     if (!isAhead(abc)) abc.head<2>().setZero();
+    if (change.dot(information * change) < kShortStep * kShortStep) break;
   }
   abc_ = abc;
   const Eigen::Matrix3d P = information.inverse();

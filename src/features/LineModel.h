@@ -23,6 +23,7 @@ struct LineModel {
   struct Moved {
     State x;
     Square F;
+    Eigen::Matrix<double, 4, 6> L;
     bool isAhead;
   };
 
@@ -39,23 +40,20 @@ struct LineModel {
     Eigen::Matrix<double, 3, 4> dh = motion.R * dm;
     for (int i = 0; i < 4; ++i) dh.col(i) += motion.t.cross(dw.col(i));
 
-    Moved next;
-    next.x = ofPluecker(h, w);
-    next.F = byPluecker(h, w, dh, dw);
+    const double size = std::sqrt(h.x() * h.x() + h.y() * h.y());
     // A foot behind the camera may be beyond the line's vanishing point: the line is still seen.
-    next.isAhead = std::hypot(h.x(), h.y()) > 1e-9;
+    if (!(size > 1e-9)) return {x, {}, {}, false};
+    const Eigen::Vector3d m1 = h / size, u1 = w / size;
+    Moved next;
+    next.isAhead = true;
+    next.x << -m1.z(), std::atan2(m1.y(), m1.x()), m1.y() * u1.x() - m1.x() * u1.y(), u1.z();
+    next.F = byPluecker<4>(next.x, m1, u1, dh / size, dw / size);
+    // By the twist: t = -v dt, R = 1 - [w] dt.
+    Eigen::Matrix<double, 3, 6> dm1, du1;
+    dm1 << cross(u1), cross(m1);
+    du1 << Eigen::Matrix3d::Zero(), cross(u1);
+    next.L = byPluecker(next.x, m1, u1, dm1, du1);
     return next;
-  }
-
-  static Eigen::Matrix<double, 4, 6> rate(const State& x) {
-    const double c = std::cos(x[1]), s = std::sin(x[1]);
-    const Eigen::Vector3d m(c, s, -x[0]);
-    const Eigen::Vector3d u =
-        x[3] * Eigen::Vector3d(x[0] * c, x[0] * s, 1) - x[2] * Eigen::Vector3d(-s, c, 0);
-    Eigen::Matrix<double, 3, 6> dm, du;  // by the twist: t = -v dt, R = 1 - [w] dt
-    dm << cross(u), cross(m);
-    du << Eigen::Matrix3d::Zero(), cross(u);
-    return byPluecker(m, u, dm, du);
   }
 
   static Eigen::Vector2d innovation(const Eigen::Vector2d& z, const State& x) {
@@ -87,29 +85,21 @@ struct LineModel {
     return A;
   }
 
-  /// From moment and direction, of a common scale.
-  static State ofPluecker(const Eigen::Vector3d& m, const Eigen::Vector3d& u) {
-    const double size = std::hypot(m.x(), m.y());
-    return {-m.z() / size, std::atan2(m.y(), m.x()),
-            (m.y() * u.x() - m.x() * u.y()) / (size * size), u.z() / size};
-  }
-
-  /// Its derivative, given those of moment and direction by K variables.
-  template <typename By>
-  static Eigen::Matrix<double, 4, By::ColsAtCompileTime> byPluecker(const Eigen::Vector3d& m,
-                                                                    const Eigen::Vector3d& u,
-                                                                    const By& dm, const By& du) {
-    using Row = Eigen::Matrix<double, 1, By::ColsAtCompileTime>;
-    const State x = ofPluecker(m, u);
-    const double size = std::hypot(m.x(), m.y());
-    const Eigen::Vector3d e(m.x() / size, m.y() / size, 0), q(-e.y(), e.x(), 0);
-    const Row dSize = e.transpose() * dm, dTheta = q.transpose() * dm / size;
-    const Row dChi = e.dot(u) * dTheta - q.transpose() * du - x[2] * dSize;
-    Eigen::Matrix<double, 4, By::ColsAtCompileTime> J;
-    J.row(0) = (-dm.row(2) - x[0] * dSize) / size;
+  /// Derivative of the state of a line of moment m = (cos, sin, -rho) and direction u, given
+  /// those of m and u, up to a common scale, by some variables.
+  template <int K>
+  static Eigen::Matrix<double, 4, K> byPluecker(const State& x, const Eigen::Vector3d& m,
+                                                const Eigen::Vector3d& u,
+                                                const Eigen::Matrix<double, 3, K>& dm,
+                                                const Eigen::Matrix<double, 3, K>& du) {
+    using Row = Eigen::Matrix<double, 1, K>;
+    const double c = m.x(), s = m.y();
+    const Row dSize = c * dm.row(0) + s * dm.row(1), dTheta = c * dm.row(1) - s * dm.row(0);
+    Eigen::Matrix<double, 4, K> J;
+    J.row(0) = -dm.row(2) - x[0] * dSize;
     J.row(1) = dTheta;
-    J.row(2) = dChi / size;
-    J.row(3) = (du.row(2) - x[3] * dSize) / size;
+    J.row(2) = (c * u.x() + s * u.y()) * dTheta + s * du.row(0) - c * du.row(1) - x[2] * dSize;
+    J.row(3) = du.row(2) - x[3] * dSize;
     return J;
   }
 };

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "depthservo/depth/DepthEstimate.h"
-#include "depthservo/depth/ErrorProfile.h"
+#include "depth/byLastingErrors.h"
+#include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/features/DepthBlend.h"
 
 namespace depthservo {
@@ -15,8 +15,8 @@ namespace depthservo {
 /// with the exact flow of the Model; what InverseDepthFilter is for a point.
 ///
 /// Model: `kStates` states, of which the image shows the first `kMeasured`, and
-///   moved(Motion, state)      {state, F, isAhead} after a motion
-///   rate(state)               its derivative by time, by the camera's twist: kStates x 6
+///   moved(Motion, state)      {x, F, L, isAhead}: the state after a motion, its derivative by the
+///                             one before, and that of its rate by the camera's twist: kStates x 6
 ///   innovation(z, state)      kMeasured
 ///   start(z, chi, sigma)      {state, covariance} of a guess
 ///   centre(state)             where the shape's depth is meant
@@ -35,6 +35,7 @@ class ShapeFilter {
   /// Once it is started the depth starts anew, at the estimate.
   void setErrors(const ErrorProfile& errors) {
     errors_ = errors;
+    lastingVariance_ = Lasting(errors).variance.transpose();
     if (!isStarted()) return;
     Z_guess_ = estimate().Z();
     startsAnew_ = true;
@@ -90,12 +91,13 @@ class ShapeFilter {
           slip.sigma * slip.sigma * motion.t.squaredNorm() * slip.asWhite(motion.dt);
     }
     x_ = next.x;
-    const Rate L = Model::rate(x_);
+    const Rate& L = next.L;
     Square F = next.F;
     F.template topRightCorner<M, N - M>() *= step_.rho;
-    P_ = (F * P_ * F.transpose()).eval();
-    P_ += step_.variance_t * L.template leftCols<3>() * L.template leftCols<3>().transpose();
-    P_ += step_.variance_theta * L.template rightCols<3>() * L.template rightCols<3>().transpose();
+    P_ = F.lazyProduct(P_).eval().lazyProduct(F.transpose()).eval();
+    const auto Lt = L.template leftCols<3>(), Lr = L.template rightCols<3>();
+    P_ += step_.variance_t * Lt.lazyProduct(Lt.transpose());
+    P_ += step_.variance_theta * Lr.lazyProduct(Lr.transpose());
     followLasting(motion, next.F, L);
     phase_ = Phase::coasting;
     if (motion.unknown.exists()) widen(motion.unknown);
@@ -106,23 +108,15 @@ class ShapeFilter {
     if (isAdrift_ || phase_ == Phase::behind) return place(innovation, variance);
     Eigen::Matrix<double, M, M> S = P_.template topLeftCorner<M, M>();
     const Eigen::Matrix<double, M, 7> seen = A_.template topRows<M>();
-    S += seen * lastingVariance().asDiagonal() * seen.transpose();
+    S += (seen * lastingVariance_.asDiagonal()).lazyProduct(seen.transpose());
     S.diagonal() += variance;
-    const double nis = innovation.dot(S.llt().solve(innovation));
+    const double nis = S.llt().matrixL().solve(innovation).squaredNorm();
     if (!(nis <= Model::kGate)) {
       phase_ = Phase::rejected;
       if (++rejections_ > kRejectionsInARow) place(innovation, variance);
       return;
     }
-    const double weight = std::min(1., kHuber / std::sqrt(std::max(nis, 1e-12)));
-    S = P_.template topLeftCorner<M, M>();
-    S.diagonal() += variance / weight;
-    const Eigen::Matrix<double, N, M> PH = P_.template leftCols<M>();
-    const Eigen::Matrix<double, N, M> K = S.llt().solve(PH.transpose()).transpose();
-    x_ += K * innovation;
-    P_ -= K * PH.transpose();
-    P_ = (.5 * (P_ + P_.transpose())).eval();
-    A_ -= K * seen;
+    update(innovation, variance * std::max(1., std::sqrt(nis) / kHuber));
     rejections_ = 0;
     phase_ = Phase::measured;
   }
@@ -140,27 +134,28 @@ class ShapeFilter {
     e.chi = range_.clampChi(c.chi);
     const double common = (errors_.scale * errors_.scale + errors_.focal * errors_.focal) * e.chi;
     e.sigma_chi = std::sqrt(std::max(0., (g * P_).dot(g) + common * e.chi) +
-                            lasting.cwiseAbs2().dot(lastingVariance()));
+                            lasting.cwiseAbs2().dot(lastingVariance_));
     e.sigma_xy = std::sqrt(std::max({P_(0, 0), P_(1, 1), 0.}));
     e.excitation = std::hypot(c.x * speed_.z() - speed_.x(), c.y * speed_.z() - speed_.y());
-    e.status = status(e);
+    e.status = status(e, c.chi);
     return e;
   }
 
  private:
   enum class Phase { unset, measured, coasting, rejected, behind };
   using Rate = Eigen::Matrix<double, N, 6>;
+  using Lasting = detail::LastingErrors;
   static constexpr int kRejectionsInARow = 5;
   static constexpr double kHuber = 2.5, kLostSigma = 0.1;
 
-  DepthStatus status(const DepthEstimate& e) const {
+  DepthStatus status(const DepthEstimate& e, double chi) const {
     if (phase_ == Phase::behind || (!isMeasured() && e.sigma_xy > kLostSigma)) {
       return DepthStatus::lost;
     }
     if (phase_ == Phase::coasting || !step_.isKnown) return DepthStatus::coasting;
     if (phase_ == Phase::rejected) return DepthStatus::rejected;
     if (!(step_.rho * speed_.squaredNorm() > 0)) return DepthStatus::unexcited;
-    const bool isFound = range_.isFound(Model::centre(x_).chi, e.sigma_chi);
+    const bool isFound = range_.isFound(chi, e.sigma_chi);
     return isFound ? DepthStatus::valid : DepthStatus::converging;
   }
 
@@ -188,34 +183,35 @@ class ShapeFilter {
     isAdrift_ = true;
   }
 
-  Eigen::Matrix<double, 7, 1> lastingVariance() const {
-    const double latency = errors_.latency_s;
-    Eigen::Matrix<double, 7, 1> v;
-    v(0) = latency * latency;
-    for (int axis = 0; axis < 3; ++axis) {
-      v(1 + axis) = std::pow(errors_.gyroBiasSigma(axis), 2);
-      v(4 + axis) = std::pow(errors_.mountSigma(axis), 2);
+  /// One measured number after the other, whose noises are independent: nothing is inverted.
+  void update(Measured innovation, const Measured& variance) {
+    for (int i = 0; i < M; ++i) {
+      const State PH = P_.col(i);
+      const double s = PH[i] + variance[i];
+      const State K = PH / s;
+      const Eigen::Matrix<double, 1, 7> seen = A_.row(i);
+      x_ += K * innovation[i];
+      innovation -= K.template head<M>() * double(innovation[i]);
+      P_ -= K.lazyProduct(PH.transpose());
+      A_ -= K.lazyProduct(seen);
     }
-    return v;
+    P_ = (.5 * (P_ + P_.transpose())).eval();
   }
 
   void followLasting(const Motion& motion, const Square& F, const Rate& L) {
     const Twist twist = motion.twist();
     const Vector6d now = twist.vector();
     speed_ = twist.linear;
-    A_ = (F * A_).eval();
-    if (hasTwist_) A_.col(0) -= L * (now - twist_);
-    A_.template middleCols<3>(1) -= motion.dt * L.template rightCols<3>();
-    for (int axis = 0; axis < 3; ++axis) {
-      const Eigen::Vector3d e = Eigen::Vector3d::Unit(axis);
-      A_.col(4 + axis) += motion.dt * (L.template leftCols<3>() * twist.linear.cross(e) +
-                                       L.template rightCols<3>() * twist.angular.cross(e));
-    }
+    A_ = F.lazyProduct(A_).eval();
+    if (hasTwist_) A_.col(Lasting::kLatency) -= L.lazyProduct(now - twist_);
+    A_.template middleCols<3>(Lasting::kBias) -= motion.dt * L.template rightCols<3>();
+    A_.template middleCols<3>(Lasting::kMount) += motion.dt * detail::byMount(L, twist);
     twist_ = now;
     hasTwist_ = true;
   }
 
   ErrorProfile errors_ = ErrorProfile::arm();
+  Eigen::Matrix<double, 7, 1> lastingVariance_ = Lasting(errors_).variance.transpose();
   DepthRange range_;
   State x_ = State::Zero();
   Square P_ = Square::Identity();

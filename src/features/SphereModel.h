@@ -21,17 +21,19 @@ struct SphereModel {
   struct Moved {
     State x;
     Square F;
+    Eigen::Matrix<double, 4, 6> L;
     bool isAhead;
   };
 
   static Moved moved(const Motion& motion, const State& x) {
     const PointState before{x[0], x[1], x[3]};
     const Flow after = flow(motion, before);
-    if (!after.ahead) return {x, Square::Identity(), false};
+    if (!after.ahead) return {x, {}, {}, false};
     const Eigen::Matrix3d J = flowJacobian(motion, before, after.point);
     const Eigen::Vector3d g(motion.R(2, 0), motion.R(2, 1), motion.t.z());
     const double k = 1 / (g.x() * x[0] + g.y() * x[1] + motion.R(2, 2) + g.z() * x[3]);
-    Moved next{{after.point.x, after.point.y, x[2] * k, after.point.chi}, Square::Zero(), true};
+    const State now(after.point.x, after.point.y, x[2] * k, after.point.chi);
+    Moved next{now, Square::Zero(), rate(now), true};
     const int point[]{0, 1, 3};
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) next.F(point[i], point[j]) = J(i, j);
@@ -39,13 +41,6 @@ struct SphereModel {
     }
     next.F(2, 2) = k;
     return next;
-  }
-
-  static Eigen::Matrix<double, 4, 6> rate(const State& x) {
-    const Eigen::Matrix<double, 3, 6> L = rateByTwist({x[0], x[1], x[3]});
-    Eigen::Matrix<double, 4, 6> rates;
-    rates << L.topRows<2>(), 0, 0, x[2] * x[3], x[2] * x[1], -x[2] * x[0], 0, L.row(2);
-    return rates;
   }
 
   static Measured innovation(const Measured& z, const State& x) { return z - x.head<3>(); }
@@ -80,6 +75,14 @@ struct SphereModel {
   static Eigen::Vector3d plane(const State& x, double chi) {
     const Eigen::Vector3d m(x[0], x[1], 1);
     return chi / (m.squaredNorm() - x[2] * x[2]) * m;
+  }
+
+ private:
+  static Eigen::Matrix<double, 4, 6> rate(const State& x) {
+    const Eigen::Matrix<double, 3, 6> L = rateByTwist({x[0], x[1], x[3]});
+    Eigen::Matrix<double, 4, 6> rates;
+    rates << L.topRows<2>(), 0, 0, x[2] * x[3], x[2] * x[1], -x[2] * x[0], 0, L.row(2);
+    return rates;
   }
 };
 

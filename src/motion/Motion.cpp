@@ -95,11 +95,19 @@ Motion Motion::inverse() const {
 
 Twist Motion::twist() const {
   if (dt == 0) return {};
-  const Eigen::AngleAxisd rotation{Eigen::Quaterniond(R)};
-  const double theta = rotation.angle();
-  const Eigen::Vector3d w = theta * rotation.axis();
+  // (sin theta) axis, and the angle by the axis: theta / sin theta = 1 + s^2/6 + 3 s^4/40 + ...
+  const Eigen::Vector3d s(0.5 * (R(2, 1) - R(1, 2)), 0.5 * (R(0, 2) - R(2, 0)),
+                          0.5 * (R(1, 0) - R(0, 1)));
+  const double s2 = s.squaredNorm();
+  Eigen::Vector3d w;
+  if (s2 < kSmallAngle * kSmallAngle && R.trace() > 1) {
+    w = (1 + s2 * (1. / 6 + s2 * (3. / 40 + s2 * (5. / 112 + s2 * (35. / 1152))))) * s;
+  } else {
+    const Eigen::AngleAxisd rotation{Eigen::Quaterniond(R)};
+    w = rotation.angle() * rotation.axis();
+  }
   // V^-1 = I - K/2 + d K^2 with d = (1 - (theta/2) cot(theta/2)) / theta^2.
-  const double theta2 = theta * theta;
+  const double theta2 = w.squaredNorm(), theta = std::sqrt(theta2);
   const double d = theta < kSmallAngle ? (1 + theta2 / 60 * (1 + theta2 / 42)) / 12
                                        : (1 - 0.5 * theta / std::tan(0.5 * theta)) / theta2;
   const Eigen::Vector3d w_x_t = w.cross(t);

@@ -1,7 +1,7 @@
 // The drop-ins for ViSP's features in closed loop: success from random starts, by the 3D parameters
 // that the task is given (true, constant at a wrong guess of the start's, observed from the same
 // guess), and what `observe` costs beside computeControlLaw. Two Markdown tables on stdout.
-//   bench_features [--starts N] [--cost]
+//   bench_features [--starts N] [--cost] [NAME]    NAME: features whose name contains it
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -35,6 +35,7 @@ const Kind kKinds[] = {
      [] { return std::make_unique<EllipseTask<EllipseShape::planar>>(); }, .25, .8},
     {"`FeatureEllipse`, sphere",
      [] { return std::make_unique<EllipseTask<EllipseShape::sphere>>(); }, .25, .8},
+    {"`ObservedPlane`, moments", [] { return std::make_unique<MomentsTask>(); }, .15, .5},
     {"`FeatureLuminance` (80x60)", [] { return std::make_unique<LuminanceTask>(); }, .08, .1}};
 
 vpHomogeneousMatrix startOf(const Kind& kind, Random& random) {
@@ -62,7 +63,7 @@ int arrivals(const Kind& kind, Parameter parameter, double factor, int starts) {
   return count;
 }
 
-void successTable(int starts) {
+void successTable(int starts, const char* name) {
   constexpr double kGuesses[] = {.25, .5, 1, 2, 4};
   std::printf("| feature, of %d starts | true |", starts);
   for (const char* what : {"constant", "observed"}) {
@@ -70,6 +71,7 @@ void successTable(int starts) {
   }
   std::printf("\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const Kind& kind : kKinds) {
+    if (!std::strstr(kind.name, name)) continue;
     std::printf("| %s | %d |", kind.name, arrivals(kind, Parameter::truth, 1, starts));
     for (const Parameter parameter : {Parameter::constant, Parameter::observed}) {
       for (const double guess : kGuesses) {
@@ -92,10 +94,11 @@ double median(std::vector<double>& values) {
   return values[values.size() / 2];
 }
 
-void costTable() {
+void costTable(const char* name) {
   std::printf("| feature | observe, all of the task [us] | computeControlLaw [us] | share |\n");
   std::printf("|---|---|---|---|\n");
   for (const Kind& kind : kKinds) {
+    if (!std::strstr(kind.name, name)) continue;
     const bool isLarge = kind.tilt < .1;
     const auto features = kind.make();
     vpServo task;
@@ -112,10 +115,12 @@ void costTable() {
       const auto t0 = Clock::now();
       features->observe(v, kPeriod_s);
       const auto t1 = Clock::now();
-      const vpColVector u = task.computeControlLaw();
+      features->update();
       const auto t2 = Clock::now();
+      const vpColVector u = task.computeControlLaw();
+      const auto t3 = Clock::now();
       observe.push_back(microseconds(t1 - t0));
-      control.push_back(microseconds(t2 - t1));
+      control.push_back(microseconds(t3 - t2));
       v = scene.apply(u);
     }
     const double a = median(observe), b = median(control);
@@ -128,18 +133,22 @@ void costTable() {
 int main(int argc, char** argv) {
   int starts = 40;
   bool isCostOnly = false;
+  const char* name = "";
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--cost") == 0) {
       isCostOnly = true;
     } else if (std::strcmp(argv[i], "--starts") == 0 && i + 1 < argc &&
                std::atoi(argv[i + 1]) > 0) {
       starts = std::atoi(argv[++i]);
+    } else if (argv[i][0] != '-') {
+      name = argv[i];
     } else {
-      std::fprintf(stderr, "usage: bench_features [--starts N] [--cost]    (N > 0, default 40)\n");
+      std::fprintf(stderr,
+                   "usage: bench_features [--starts N] [--cost] [NAME]    (N > 0, default 40)\n");
       return 2;
     }
   }
-  if (!isCostOnly) successTable(starts);
-  costTable();
+  if (!isCostOnly) successTable(starts, name);
+  costTable(name);
   return 0;
 }

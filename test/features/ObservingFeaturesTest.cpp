@@ -241,6 +241,7 @@ TEST(ObservingFeatures, polarPointsArriveFromWrongGuesses) { expectSuccess<Polar
 TEST(ObservingFeatures, depthArrivesFromWrongGuesses) { expectSuccess<DepthTask>(2); }
 TEST(ObservingFeatures, segmentsArriveFromWrongGuesses) { expectSuccess<SegmentTask>(2); }
 TEST(ObservingFeatures, linesArriveFromWrongGuesses) { expectSuccess<LineTask>(2); }
+TEST(ObservingFeatures, momentsArriveFromWrongGuesses) { expectSuccess<MomentsTask>(2); }
 TEST(ObservingFeatures, circleArrivesFromWrongGuesses) {
   expectSuccess<EllipseTask<EllipseShape::planar>>(2);
 }

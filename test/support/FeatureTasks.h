@@ -3,18 +3,22 @@
 #include <visp3/core/vpCircle.h>
 #include <visp3/core/vpExponentialMap.h>
 #include <visp3/core/vpLine.h>
+#include <visp3/core/vpMomentCommon.h>
 #include <visp3/core/vpSphere.h>
+#include <visp3/visual_features/vpFeatureMomentCommon.h>
 #include <visp3/visual_features/vpFeatureThetaU.h>
 
 #include <cmath>
 #include <memory>
 #include <vector>
 
+#include "depthservo/depth/ObjectDepthObserver.h"
 #include "depthservo/features/FeatureDepth.h"
 #include "depthservo/features/FeatureEllipse.h"
 #include "depthservo/features/FeatureLine.h"
 #include "depthservo/features/FeatureLuminance.h"
 #include "depthservo/features/FeaturePoint.h"
+#include "depthservo/features/FeaturePointGroup.h"
 #include "depthservo/features/FeaturePointPolar.h"
 #include "depthservo/features/FeatureSegment.h"
 #include "support/FourPointScene.h"
@@ -38,6 +42,8 @@ class FeatureTask {
   /// Sets the 3D parameters to the truth, its depths times this factor.
   virtual void setParameters(const vpHomogeneousMatrix& cMo, double factor) = 0;
   virtual void observe(const vpColVector& v, double dt) = 0;
+  /// What a program has to do besides, observed or not, before the control law.
+  virtual void update() {}
   /// Of the error's largest component at the goal.
   virtual double tolerance() const { return 4 / kFocal_px; }
 
@@ -248,6 +254,86 @@ class EllipseTask : public FeatureTask {
   vpFeatureEllipse desired_;
 };
 
+/// ViSP's own moments of eight points, as its example servoMomentPoints has them: gravity centre
+/// and area, normalised, two invariants of order 3, and the angle.
+class MomentsTask : public FeatureTask {
+ public:
+  MomentsTask() : object_(6), objectDesired_(6), points_(ObjectDepthObserver(kCount), kCount) {
+    object_.setType(vpMomentObject::DISCRETE);
+    objectDesired_.setType(vpMomentObject::DISCRETE);
+    see(goal(), objectDesired_);
+    for (auto* moments : {&moments_, &momentsDesired_}) {
+      *moments = std::make_unique<vpMomentCommon>(vpMomentCommon::getSurface(objectDesired_),
+                                                  vpMomentCommon::getMu3(objectDesired_),
+                                                  vpMomentCommon::getAlpha(objectDesired_), kGoal);
+      (*moments)->updateAll(objectDesired_);
+    }
+    features_ = std::make_unique<vpFeatureMomentCommon>(*moments_, 0, 0, 1 / kGoal);
+    desired_ = std::make_unique<vpFeatureMomentCommon>(*momentsDesired_, 0, 0, 1 / kGoal);
+    setPlane(goal(), 1);
+    plane_.applyTo(*desired_);
+  }
+  void addTo(vpServo& task) override {
+    task.addFeature(features_->getFeatureGravityNormalized(),
+                    desired_->getFeatureGravityNormalized());
+    task.addFeature(features_->getFeatureAn(), desired_->getFeatureAn());
+    task.addFeature(features_->getFeatureCInvariant(), desired_->getFeatureCInvariant(),
+                    (1 << 3) | (1 << 5));
+    task.addFeature(features_->getFeatureAlpha(), desired_->getFeatureAlpha());
+  }
+  void measure(const vpHomogeneousMatrix& cMo, Random& random, double noise) override {
+    std::vector<vpPoint> seen = see(cMo, object_);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      seen[i].set_x(clean(seen[i].get_x(), random, noise));
+      seen[i].set_y(clean(seen[i].get_y(), random, noise));
+      points_[i].set_x(seen[i].get_x());
+      points_[i].set_y(seen[i].get_y());
+    }
+    object_.fromVector(seen);
+    moments_->updateAll(object_);
+  }
+  void setParameters(const vpHomogeneousMatrix& cMo, double factor) override {
+    setPlane(cMo, factor);
+    for (std::size_t i = 0; i < kCount; ++i) points_[i].set_Z(factor * at(i, cMo).get_Z());
+  }
+  void observe(const vpColVector& v, double dt) override {
+    points_.observe(v, dt);
+    plane_.update(points_);
+  }
+  void update() override { plane_.applyTo(*features_); }
+  double tolerance() const override { return .1; }  // of the invariants: 4 sigma of their noise
+
+ private:
+  static constexpr std::size_t kCount = 8;
+
+  static vpPoint at(std::size_t i, const vpHomogeneousMatrix& cMo) {
+    constexpr double kX[]{1, 3, 4, -1, -3, -2, -1, 1}, kY[]{0, 1, 4, 4, -2, -2, 1, 0};
+    vpPoint p(kX[i] / 25, kY[i] / 25, 0);
+    p.track(cMo);
+    return p;
+  }
+  static std::vector<vpPoint> see(const vpHomogeneousMatrix& cMo, vpMomentObject& object) {
+    std::vector<vpPoint> seen;
+    for (std::size_t i = 0; i < kCount; ++i) seen.push_back(at(i, cMo));
+    object.fromVector(seen);
+    return seen;
+  }
+  void setPlane(const vpHomogeneousMatrix& cMo, double factor) {
+    std::vector<PointState> points;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const vpPoint p = at(i, cMo);
+      points.push_back({p.get_x(), p.get_y(), 1 / (factor * p.get_Z())});
+    }
+    plane_.buildFrom(points);
+  }
+
+  vpMomentObject object_, objectDesired_;
+  std::unique_ptr<vpMomentCommon> moments_, momentsDesired_;
+  std::unique_ptr<vpFeatureMomentCommon> features_, desired_;
+  FeaturePointGroup points_;
+  ObservedPlane plane_;
+};
+
 /// A wall with soft blobs.
 class LuminanceTask : public FeatureTask {
  public:
@@ -330,6 +416,7 @@ inline bool succeeds(FeatureTask& features, const vpHomogeneousMatrix& start,
     features.measure(cMo, random, kNoise);
     if (parameter == FeatureTask::Parameter::truth) features.setParameters(cMo, 1);
     if (parameter == FeatureTask::Parameter::observed) features.observe(v, kPeriod_s);
+    features.update();
     v = scene.apply(task.computeControlLaw());
     if (k < kImages - kToStay) continue;
     for (unsigned i = 0; i < task.getError().size(); ++i) {
