@@ -34,7 +34,7 @@ struct Paper {
 const std::vector<Paper>& papers();
 std::vector<std::string> paperNames();
 
-/// Runs a paper's experiments and judges them by its claims, data/papers/<name>.yaml. Some seconds;
+/// Runs a paper's experiments and judges them by its claims, data/papers/NAME.yaml. Some seconds;
 /// with `full` minutes. \throw std::out_of_range there is no such paper
 Reproduction reproduce(const std::string& name, const ReproduceOptions& options = {});
 

@@ -107,7 +107,7 @@ struct SequenceOptions {
   /// Images per second of a numbered image folder, or of numbered frames in associations.txt [Hz];
   /// 0: not given.
   double fps = 0;
-  /// Of a bag: image=/camera/image_raw, camera_info=, odometry=, poses=; =none for none, @FRAME
+  /// Of a bag: image=/camera/image_raw, camera_info=, odometry=, poses=; `=none` for none, `@FRAME`
   /// behind it where messages tell no frame. One that is not named must be the only one of its
   /// kind.
   std::vector<std::string> topics{};
