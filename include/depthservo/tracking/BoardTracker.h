@@ -14,7 +14,7 @@ namespace depthservo {
 /// Of a chessboard all corners are found or none. Where its colours do not tell it from itself
 /// turned (see BoardTarget), it is first seen upright, corner 0 nearest to the upper left of the
 /// image, and afterwards as it is expected; then it must not turn unseen. Of a ChArUco board those
-/// corners are found of which a neighbouring marker is seen, and there is no doubt.
+/// corners are found of which both neighbouring markers are seen.
 ///
 /// Corners are refined: that point from which, in a window of a quarter of a square, or up to the
 /// markers (3 to 11 px), all gradients look across (Foerstner). sigma_px: the noise of the image,
