@@ -6,7 +6,7 @@ include(DepthservoFindVisp)
 depthservo_find_visp(REQUIRED COMPONENTS visp_core visp_blob visp_gui visp_io visp_robot visp_vision
                                          visp_visual_features visp_vs)
 
-find_package(OpenCV 4.5.1 REQUIRED COMPONENTS core imgproc imgcodecs calib3d video videoio)
+find_package(OpenCV 4.5.1 REQUIRED COMPONENTS core imgproc imgcodecs calib3d video videoio aruco)
 find_package(PNG 1.6.32 REQUIRED)
 find_package(JPEG REQUIRED)
 find_package(ZLIB REQUIRED)

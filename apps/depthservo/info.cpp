@@ -39,13 +39,25 @@ void printTopic(const RecordedTopic& t) {
   fmt::print("{}\n", line);
 }
 
+/// Without what is left of a zero after turning it about.
+Eigen::Vector3d clean(const Eigen::Vector3d& values) {
+  constexpr double kFine = 1e12;
+  return (values * kFine).array().round() / kFine + 0.0;
+}
+
+/// xyz and rpy as they are shown.
+RpyPose shown(const Eigen::Isometry3d& pose) {
+  const RpyPose exact = RpyPose::of(pose);
+  return {clean(exact.xyz), clean(exact.rpy)};
+}
+
 void print(const RecordingInfo& info) {
   fmt::print("{}: {}", info.path, info.kind);
   if (info.bytes > 0) fmt::print(", {:.3g} MB", 1e-6 * static_cast<double>(info.bytes));
   fmt::print("\n");
   for (const RecordedTopic& topic : info.topics) printTopic(topic);
   for (const FrameInfo& frame : info.frames) {
-    const auto [p, rpy] = RpyPose::of(frame.pose);
+    const auto [p, rpy] = shown(frame.pose);
     fmt::print("  frame {} in {}: xyz {:.4g} {:.4g} {:.4g} m, rpy {:.4g} {:.4g} {:.4g} rad{}\n",
                frame.name, frame.parent, p.x(), p.y(), p.z(), rpy.x(), rpy.y(), rpy.z(),
                frame.isStill ? "" : " at first, it moves");
@@ -86,7 +98,7 @@ void printJson(const RecordingInfo& info) {
   for (const RecordedTopic& topic : info.topics) topics.push_back(toJson(topic));
   auto& frames = json["frames"] = nlohmann::ordered_json::array();
   for (const FrameInfo& frame : info.frames) {
-    const auto [p, rpy] = RpyPose::of(frame.pose);
+    const auto [p, rpy] = shown(frame.pose);
     frames.push_back({{"name", frame.name},
                       {"parent", frame.parent},
                       {"xyz", {p.x(), p.y(), p.z()}},

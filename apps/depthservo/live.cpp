@@ -23,6 +23,7 @@ namespace {
 
 struct LiveArguments {
   std::string source, camera, twist, target, motion, times, out, tracker = "auto";
+  std::optional<RpyPose> cameraInBase;
   RecordingFiles files;
   VideoOptions video;
   ObservationArguments observation;
@@ -116,6 +117,9 @@ int watchLive(const LiveArguments& arguments) {
   if (arguments.motion == "twist" && arguments.twist.empty()) {
     refuseOption("--motion", "twist needs --twist FIFO, or --twist - for standard input");
   }
+  if (arguments.cameraInBase && arguments.twist.empty()) {
+    refuseOption("--camera-in-base", "is for rows of a base's twists, and there is no --twist");
+  }
   if (arguments.motion == "target" && !arguments.twist.empty()) {
     refuseOption("--twist", "is not used with --motion target; leave one of them out");
   }
@@ -130,7 +134,8 @@ int watchLive(const LiveArguments& arguments) {
   video.stop = &stop;
   VideoSource images(arguments.source, video);
   std::unique_ptr<TwistStream> twists;
-  if (!arguments.twist.empty()) twists = std::make_unique<TwistStream>(arguments.twist);
+  if (!arguments.twist.empty())
+    twists = std::make_unique<TwistStream>(arguments.twist, arguments.cameraInBase);
 
   constexpr double kCameraPatience_s = 0.1, kFilePatience_s = 2;
   options.name = arguments.source;
@@ -174,13 +179,16 @@ void addLive(CLI::App& app, int& exitCode) {
                    "YAML file with 'target: {...}', 'dots: [...]' or both, as in sequence.yaml")
       ->type_name("FILE");
   command
-      ->add_option("--tracker", a->tracker,
-                   "dots | apriltag | klt; default: the target's, klt without a target")
+      ->add_option(
+          "--tracker", a->tracker,
+          "dots | apriltag | chessboard | charuco | klt; default: the target's, klt without "
+          "a target")
       ->type_name("NAME");
   command
       ->add_option("--twist", a->twist,
                    "Pipe (or file, or - for stdin) of lines timestamp,vx,vy,vz,wx,wy,wz")
       ->type_name("FIFO");
+  addCameraInBase(*command, a->cameraInBase);
   command->add_option("--motion", a->motion, "twist | target; default: twist if --twist is given")
       ->type_name("SOURCE");
   addEstimatorOption(*command, a->observation);

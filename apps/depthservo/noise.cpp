@@ -109,7 +109,8 @@ void addNoise(CLI::App& app, int&) {
       ->check(within(15, 100000))
       ->capture_default_str();
   command
-      ->add_option("--tracker", a->tracker, "dots | apriltag | klt | tracks; default as in replay")
+      ->add_option("--tracker", a->tracker,
+                   "dots | apriltag | chessboard | charuco | klt | tracks; default as in replay")
       ->type_name("NAME");
   command->add_option("--camera", a->options.camera, "As in replay, for a folder without one")
       ->type_name("FILE");

@@ -153,8 +153,8 @@ void addObservationOptions(CLI::App& command, ObservationArguments& a) {
       ->check(within(1, 2000));
   command
       .add_option("--pixel-noise", a.pixelNoise_px,
-                  "Noise of a point, 1 sigma per axis [px]; default 0.5, of apriltag and klt what "
-                  "they measure")
+                  "Noise of a point, 1 sigma per axis [px]; default 0.5, of trackers but dots "
+                  "what they measure")
       ->type_name("PX")
       ->check(aboveZero());
   command
@@ -242,6 +242,22 @@ void apply(const ObservationArguments& arguments, bool hasTags, ObservationOptio
   }
 }
 
+void addCameraInBase(CLI::App& command, std::optional<RpyPose>& cameraInBase) {
+  command
+      .add_option_function<std::vector<double>>(
+          "--camera-in-base",
+          [&cameraInBase](const std::vector<double>& values) {
+            cameraInBase =
+                RpyPose{{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
+          },
+          "Place of the camera (z forward, x right) in the base whose twists the rows are [m, "
+          "rad]: they become the camera's; default: rows are the camera's, of a bag by its "
+          "transforms")
+      ->type_name("X,Y,Z,ROLL,PITCH,YAW")
+      ->delimiter(',')
+      ->expected(6);
+}
+
 void addSourceOptions(CLI::App& command, SequenceOptions& source) {
   command
       .add_option(
@@ -261,19 +277,7 @@ void addSourceOptions(CLI::App& command, SequenceOptions& source) {
                   "one of each kind")
       ->type_name("ROLE=TOPIC,..")
       ->delimiter(',');
-  command
-      .add_option_function<std::vector<double>>(
-          "--camera-in-base",
-          [&source](const std::vector<double>& values) {
-            source.cameraInBase =
-                RpyPose{{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
-          },
-          "Place of the camera (z forward, x right) in the base whose twists the rows are [m, "
-          "rad]: "
-          "they become the camera's; default: rows are the camera's, of a bag by its transforms")
-      ->type_name("X,Y,Z,ROLL,PITCH,YAW")
-      ->delimiter(',')
-      ->expected(6);
+  addCameraInBase(command, source.cameraInBase);
   command
       .add_option("--target", source.target,
                   "YAML file with 'target: {...}', 'dots: [...]' or both, instead of those of "
@@ -283,9 +287,10 @@ void addSourceOptions(CLI::App& command, SequenceOptions& source) {
 
 void addSequenceOptions(CLI::App& command, SequenceArguments& a) {
   command
-      .add_option(
-          "--tracker", a.tracker,
-          "dots | apriltag | klt | tracks; default: the target's, dots where there are images")
+      .add_option("--tracker", a.tracker,
+                  "dots | apriltag | chessboard | charuco | klt | tracks; default: the target's, "
+                  "dots where "
+                  "there are images")
       ->type_name("NAME");
   command
       .add_option("--motion", a.motion,

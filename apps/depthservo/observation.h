@@ -36,6 +36,9 @@ struct SequenceArguments {
   ObservationArguments observation;
 };
 
+/// `--camera-in-base`.
+void addCameraInBase(CLI::App& command, std::optional<RpyPose>& cameraInBase);
+
 /// `--camera`, `--fps`, `--topics`, `--camera-in-base`, `--target`.
 void addSourceOptions(CLI::App& command, SequenceOptions& source);
 

@@ -31,6 +31,7 @@ namespace {
 
 struct ServoArguments {
   std::string source, goal, robot, twist, command, law, record, out;
+  std::optional<RpyPose> cameraInBase;
   RecordingFiles files;
   VideoOptions video;
   ObservationArguments observation;
@@ -241,7 +242,7 @@ int servoRobot(ServoArguments& a) {
   a.video.stop = &stop;
   VideoSource video(a.source, a.video);
   PeekedSource images(video);
-  TwistStream twists(a.twist);
+  TwistStream twists(a.twist, a.cameraInBase);
   const auto inView = goalInView(a, taught, images);
   if (!inView) return kOtherOutcome;
   const TaughtGoal& goal = *inView;
@@ -270,6 +271,7 @@ int servoRobot(ServoArguments& a) {
     SequenceSettings settings{a.goal, goal.camera, options.target.target, options.target.dots,
                               replayYaml(camera.options())};
     settings.tags = options.target.tags;
+    settings.board = options.target.board;
     settings.rows = log.rows;
     settings.taught = options.target.taught;
     if (keepsLaw) addLaw(settings, robot, servoGoal);
@@ -328,6 +330,7 @@ void addServo(CLI::App& app, int& exitCode) {
                    "Pipe (or - for stdin, or udp:ADDRESS:PORT) of timestamp,vx,vy,vz,wx,wy,wz")
       ->required()
       ->type_name("FIFO");
+  addCameraInBase(*command, a->cameraInBase);
   command
       ->add_option(
           "--command", a->command,

@@ -12,27 +12,59 @@ namespace depthservo {
 namespace {
 
 struct TargetArguments {
-  std::string kind, out, paper = "a4", family = "36h11";
-  double size = 0.12;
-  std::optional<double> radius;
-  int columns = 2, rows = 2, id = 0;
+  std::string kind, out, paper = "a4", family = "36h11", dictionary = "4x4_50";
+  double size = 0.12, square = 0.024;
+  std::optional<double> radius, marker;
+  std::optional<int> columns, rows;
+  int id = 0;
 };
+
+SequenceTarget boardOf(const TargetArguments& a) {
+  constexpr int kColumns = 7, kRows = 4;
+  constexpr double kMarker = 0.75;  // of a square
+  SequenceTarget seen;
+  BoardTarget& board = seen.board.emplace();
+  board.columns = a.columns.value_or(kColumns);
+  board.rows = a.rows.value_or(kRows);
+  board.square = a.square;
+  if (a.kind == "charuco") {
+    board.markers = {a.dictionary, a.marker.value_or(kMarker * a.square)};
+    const auto known = arucoDictionaries();
+    if (std::find(known.begin(), known.end(), a.dictionary) == known.end()) {
+      refuseOption("--dictionary",
+                   fmt::format("there is no ArUco dictionary '{}'; the nearest is '{}'",
+                               a.dictionary, nearestWord(a.dictionary, known)));
+    }
+  }
+  const std::string why = board.objection();
+  if (!why.empty()) refuseOption("target", why);
+  seen.target.points = board.corners();
+  return seen;
+}
 
 SequenceTarget targetOf(const TargetArguments& a) {
   SequenceTarget seen;
   if (a.kind == "dots") {
-    const double step = a.size / std::max(1, a.columns - 1);
+    constexpr int kDots = 2;
+    const int columns = a.columns.value_or(kDots), rows = a.rows.value_or(kDots);
+    for (const auto& [name, dots] : {std::pair("--columns", columns), std::pair("--rows", rows)}) {
+      if (dots > 8) refuseOption(name, fmt::format("is 2 to 8 for dots, not {}", dots));
+    }
+    const double step = a.size / std::max(1, columns - 1);
     const double radius = a.radius.value_or(0.15 * step);
     if (!(radius < 0.4 * step)) {
       refuseOption("--radius", fmt::format("dots of {:g} m radius, {:g} m apart, leave too little "
                                            "white between them; at most 0.4 of the distance",
                                            radius, step));
     }
-    seen.target = dotGrid(a.columns, a.rows, a.size, radius);
+    seen.target = dotGrid(columns, rows, a.size, radius);
     return seen;
   }
+  if (a.kind == "chessboard" || a.kind == "charuco") return boardOf(a);
   if (a.kind != "apriltag") {
-    refuseOption("target", fmt::format("'{}' is not known; expected dots or apriltag", a.kind));
+    refuseOption(
+        "target",
+        fmt::format("'{}' is not known; expected dots, apriltag, chessboard or charuco", a.kind));
   }
   const auto families = aprilTagFamilies();
   if (std::find(families.begin(), families.end(), a.family) == families.end()) {
@@ -62,7 +94,7 @@ void printTarget(const TargetArguments& a) {
 void addTarget(CLI::App& app, int&) {
   CLI::App* command = app.add_subcommand("target", "Draw a target to print, in its true size");
   auto a = std::make_shared<TargetArguments>();
-  command->add_option("KIND", a->kind, "dots | apriltag")->required();
+  command->add_option("KIND", a->kind, "dots | apriltag | chessboard | charuco")->required();
   command->add_option("--out", a->out, "PDF to write; must not exist")
       ->required()
       ->type_name("FILE");
@@ -78,13 +110,27 @@ void addTarget(CLI::App& app, int&) {
   command->add_option("--radius", a->radius, "Of a dot [m]; default: 0.15 of their distance")
       ->type_name("M")
       ->check(aboveZero());
-  command->add_option("--columns", a->columns, "Of dots")
+  command
+      ->add_option("--columns", a->columns,
+                   "Of dots, default 2; inner corners of a board in a row, default 7")
       ->type_name("N")
-      ->check(within(2, 8))
+      ->check(within(2, BoardTarget::kMost));
+  command
+      ->add_option("--rows", a->rows,
+                   "Of dots, default 2; inner corners of a board in a column, default 4")
+      ->type_name("N")
+      ->check(within(2, BoardTarget::kMost));
+  command->add_option("--square", a->square, "Side of a square of a board [m]")
+      ->type_name("M")
+      ->check(within(0.001, 1.0))
       ->capture_default_str();
-  command->add_option("--rows", a->rows, "Of dots")
-      ->type_name("N")
-      ->check(within(2, 8))
+  command
+      ->add_option("--marker", a->marker,
+                   "Side of a marker of a ChArUco board [m]; default: 0.75 of a square")
+      ->type_name("M")
+      ->check(aboveZero());
+  command->add_option("--dictionary", a->dictionary, "Of the markers of a ChArUco board")
+      ->type_name("NAME")
       ->capture_default_str();
   command->add_option("--family", a->family, "Of AprilTags")
       ->type_name("NAME")

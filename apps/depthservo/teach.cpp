@@ -45,7 +45,8 @@ TimedImage imageOf(const TeachArguments& a, const PinholeCamera& camera) {
 const char* nounOf(TrackerKind tracker) {
   return tracker == TrackerKind::dots       ? "dots"
          : tracker == TrackerKind::apriltag ? "corners of tags"
-                                            : "natural corners";
+         : tracker == TrackerKind::klt      ? "natural corners"
+                                            : "corners of the board";
 }
 
 void teachGoal(TeachArguments& a) {
@@ -55,7 +56,8 @@ void teachGoal(TeachArguments& a) {
   if (!a.target.empty()) target = readTarget(a.target);
   a.teach.tracker = trackerNamed(a.tracker, {"--tracker", 0, ""});
   if (a.teach.tracker == TrackerKind::tracks) {
-    refuseOption("--tracker", "tracks has no image; expected dots, apriltag or klt");
+    refuseOption("--tracker",
+                 "tracks has no image; expected dots, apriltag, chessboard, charuco or klt");
   }
   if (a.depth > 0) a.teach.depth = a.depth;
   const TaughtGoal goal = teach(imageOf(a, camera).image, camera, target, a.teach, a.source);
@@ -91,8 +93,10 @@ void addTeach(CLI::App& app, int&) {
                    "YAML file with 'target: {...}': with sizes, the depths are known, too")
       ->type_name("FILE");
   command
-      ->add_option("--tracker", a->tracker,
-                   "dots | apriltag | klt; default: the target's, klt without a target")
+      ->add_option(
+          "--tracker", a->tracker,
+          "dots | apriltag | chessboard | charuco | klt; default: the target's, klt without "
+          "a target")
       ->type_name("NAME");
   command->add_option("--tag-family", a->teach.tagFamily, "Of AprilTags, without a target")
       ->type_name("NAME")

@@ -152,7 +152,7 @@ ObserverSetup ObserverSetup::of(const ObservedSource& source, const ObservationO
   setup.takesTrackersNoise = measuresNoise(options.tracker) && !options.isPixelNoiseGiven;
   const bool hasDots = !source.target.dots.empty() || !source.target.target.points.empty();
   setup.noun = options.tracker == TrackerKind::klt ? "point"
-               : source.target.tags                ? "corner"
+               : source.target.hasCorners()        ? "corner"
                : hasDots                           ? "dot"
                                                    : "point";
   setup.ids = source.ids;

@@ -6,6 +6,7 @@
 
 #include "depthservo/observation/words.h"
 #include "depthservo/tracking/AprilTagTracker.h"
+#include "depthservo/tracking/BoardTracker.h"
 #include "depthservo/tracking/DotTracker.h"
 #include "depthservo/tracking/KltTracker.h"
 #include "depthservo/tracking/TaughtTracker.h"
@@ -20,19 +21,30 @@ namespace {
 
 bool hasDots(const SequenceTarget& seen) {
   constexpr std::size_t kPattern = 4;  // dots that can be told apart
-  return !seen.tags && (!seen.dots.empty() || seen.target.points.size() >= kPattern);
+  return !seen.hasCorners() && (!seen.dots.empty() || seen.target.points.size() >= kPattern);
 }
 
 const std::vector<detail::Choice<TrackerKind>>& trackerWords() {
-  static const std::vector<detail::Choice<TrackerKind>> all = {{TrackerKind::dots, "dots"},
-                                                               {TrackerKind::apriltag, "apriltag"},
-                                                               {TrackerKind::klt, "klt"},
-                                                               {TrackerKind::tracks, "tracks"},
-                                                               {TrackerKind::automatic, "auto"}};
+  static const std::vector<detail::Choice<TrackerKind>> all = {
+      {TrackerKind::dots, "dots"},
+      {TrackerKind::apriltag, "apriltag"},
+      {TrackerKind::chessboard, "chessboard"},
+      {TrackerKind::charuco, "charuco"},
+      {TrackerKind::klt, "klt"},
+      {TrackerKind::tracks, "tracks"},
+      {TrackerKind::automatic, "auto"}};
   return all;
 }
 
 }  // namespace
+
+TrackerKind trackerOf(const BoardTarget& board) {
+  return board.markers ? TrackerKind::charuco : TrackerKind::chessboard;
+}
+
+bool isOfBoard(TrackerKind tracker) {
+  return tracker == TrackerKind::chessboard || tracker == TrackerKind::charuco;
+}
 
 const char* toString(TrackerKind tracker) { return detail::wordOf(trackerWords(), tracker); }
 
@@ -46,6 +58,7 @@ TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted) {
   if (wanted == TrackerKind::automatic) {
     wanted = !source.hasImages ? TrackerKind::tracks
              : seen.tags       ? TrackerKind::apriltag
+             : seen.board      ? trackerOf(*seen.board)
              : hasDots(seen)   ? TrackerKind::dots
                                : TrackerKind::klt;
   }
@@ -66,11 +79,16 @@ TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted) {
            "at least four points in sequence.yaml (live: --target FILE); natural corners need "
            "neither: --tracker klt");
   }
+  if (isOfBoard(wanted) && (!seen.board || trackerOf(*seen.board) != wanted)) {
+    refuse(source, fmt::format("no board to track: give it as 'target: {{type: {}, columns: ..., "
+                               "rows: ..., ...}}' in sequence.yaml, or --target FILE",
+                               toString(wanted)));
+  }
   return wanted;
 }
 
 bool measuresNoise(TrackerKind tracker) {
-  return tracker == TrackerKind::apriltag || tracker == TrackerKind::klt;
+  return tracker == TrackerKind::apriltag || tracker == TrackerKind::klt || isOfBoard(tracker);
 }
 
 bool findsPoints(const SequenceTarget& seen, TrackerKind tracker) {
@@ -101,6 +119,7 @@ std::unique_ptr<PointTracker> makeTracker(const SequenceTarget& seen, TrackerKin
   if (tracker == TrackerKind::apriltag) {
     return std::make_unique<AprilTagTracker>(tagsOf(seen, options));
   }
+  if (isOfBoard(tracker)) return std::make_unique<BoardTracker>(seen.board.value());
   if (seen.dots.empty()) return std::make_unique<DotTracker>(seen.target);
   std::vector<Eigen::Vector2d> starts;
   for (const PixelPoint& dot : seen.dots) starts.emplace_back(dot.u, dot.v);
@@ -112,8 +131,9 @@ std::unique_ptr<PointTracker> makeTracker(const SequenceTarget& seen, TrackerKin
 std::vector<int> idsOf(const SequenceTarget& seen, TrackerKind tracker) {
   const std::size_t count = tracker == TrackerKind::klt        ? seen.taught->points.size()
                             : tracker == TrackerKind::apriltag ? 4 * seen.tags->tags.size()
-                            : seen.dots.empty()                ? seen.target.points.size()
-                                                               : seen.dots.size();
+                            : isOfBoard(tracker) ? static_cast<std::size_t>(seen.board->count())
+                            : seen.dots.empty()  ? seen.target.points.size()
+                                                 : seen.dots.size();
   std::vector<int> ids;
   for (std::size_t i = 0; i < count; ++i) ids.push_back(static_cast<int>(i));
   return ids;

@@ -9,12 +9,17 @@
 
 namespace depthservo {
 
-/// How the points of a source are to be found: apriltag where the target has tags, dots where its
-/// dots are known, corners where nothing is, tracks where there are no images.
+/// How the points of a source are to be found: apriltag where the target has tags, chessboard or
+/// charuco where it is a board, dots where its dots are known, corners where nothing is, tracks
+/// where there are no images.
 /// \throw InputError it lacks what the wanted one takes
 TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted);
 
 const char* toString(TrackerKind tracker);
+
+TrackerKind trackerOf(const BoardTarget& board);
+
+bool isOfBoard(TrackerKind tracker);
 
 /// Whether the tracker says of each point how accurate it is.
 bool measuresNoise(TrackerKind tracker);

@@ -23,6 +23,10 @@ Eigen::Vector2d halfSizeOf(const SequenceTarget& seen) {
     const GrayPatch bitmap = aprilTagBitmap(seen.tags->family, tag.id, tag.size.value());
     return {bitmap.width / 2, bitmap.height / 2};
   }
+  if (seen.board) {
+    const Eigen::Vector2d squares(seen.board->columns + 1, seen.board->rows + 1);
+    return 0.5 * seen.board->square.value() * squares;
+  }
   Eigen::Vector2d most(0, 0);
   for (const Eigen::Vector3d& p : seen.target.points) most = most.cwiseMax(p.head<2>().cwiseAbs());
   return most.array() + seen.target.radius;
@@ -33,6 +37,13 @@ std::string titleOf(const SequenceTarget& seen) {
     const AprilTagTarget::Tag& tag = seen.tags->tags.front();
     return fmt::format("AprilTag {} number {}, {:g} mm from corner to corner", seen.tags->family,
                        tag.id, 1000 * tag.size.value());
+  }
+  if (const auto& board = seen.board) {
+    const std::string corners = fmt::format("{} x {} inner corners, squares of {:g} mm",
+                                            board->columns, board->rows, 1000 * *board->square);
+    if (!board->markers) return "chessboard, " + corners;
+    return fmt::format("ChArUco board, {}, markers {} of {:g} mm", corners,
+                       board->markers->dictionary, 1000 * board->markers->size);
   }
   const Eigen::Vector2d half = halfSizeOf(seen).array() - seen.target.radius;
   return fmt::format("{} dots, outer centres {:g} x {:g} mm apart, radius {:g} mm",
@@ -64,13 +75,15 @@ class Page {
   /// Black cells are joined along rows: no hair between two of them.
   void bitmap(const GrayPatch& patch) {
     const double cell = patch.width / patch.columns;
+    const double left = patch.oMp.translation().x() - patch.width / 2;
+    const double top = patch.oMp.translation().y() - patch.height / 2;
     for (int row = 0; row < patch.rows; ++row) {
       for (int first = 0; first < patch.columns; ++first) {
         int end = first;
         while (end < patch.columns && isBlack(patch, row, end)) ++end;
         if (end == first) continue;
-        cairo_rectangle(cairo_.get(), first * cell - patch.width / 2, row * cell - patch.height / 2,
-                        (end - first) * cell, cell);
+        cairo_rectangle(cairo_.get(), left + first * cell, top + row * cell, (end - first) * cell,
+                        cell);
         first = end;
       }
     }
@@ -117,11 +130,12 @@ class Page {
   std::unique_ptr<cairo_t, void (*)(cairo_t*)> cairo_;
 };
 
-void requireFit(const Eigen::Vector2d& half, const Paper& paper) {
+void requireFit(const SequenceTarget& seen, const Paper& paper) {
+  const Eigen::Vector2d half = halfSizeOf(seen);
   const Eigen::Vector2d room(paper.width - 2 * kEdge, paper.height - 2 * kEdge - kFoot);
   const double scale = (room.array() / (2 * half.array())).minCoeff();
   if (scale >= 1) return;
-  throw InputError({"--size", 0, ""},
+  throw InputError({seen.board ? "--square" : "--size", 0, ""},
                    fmt::format("the target is {:.0f} x {:.0f} mm, the paper has room for {:.0f} x "
                                "{:.0f} mm; make it at most {:.3g} times as large",
                                2000 * half.x(), 2000 * half.y(), 1000 * room.x(), 1000 * room.y(),
@@ -135,6 +149,8 @@ bool draw(const SequenceTarget& seen, const Paper& paper, const std::string& fil
   if (seen.tags) {
     const AprilTagTarget::Tag& tag = seen.tags->tags.front();
     page.bitmap(aprilTagBitmap(seen.tags->family, tag.id, tag.size.value()));
+  } else if (seen.board) {
+    for (const GrayPatch& patch : seen.board->patches(0, 255)) page.bitmap(patch);
   } else {
     for (const Eigen::Vector3d& p : seen.target.points) page.disc(p.x(), p.y(), seen.target.radius);
   }
@@ -171,7 +187,7 @@ DotTarget dotGrid(int columns, int rows, double width, double radius) {
 
 void writeTargetSheet(const SequenceTarget& seen, const Paper& paper, const std::string& file) {
   requireNewFile(file);
-  requireFit(halfSizeOf(seen), paper);
+  requireFit(seen, paper);
   makeFile(file, [&](const std::string& temporary) { return draw(seen, paper, temporary); });
 }
 
@@ -183,6 +199,14 @@ std::string targetYaml(const SequenceTarget& seen) {
       text += fmt::format("    - {{id: {}, size: {}}}\n", tag.id, tag.size.value());
     }
     return text;
+  }
+  if (const auto& board = seen.board) {
+    std::string text = fmt::format("target:\n  type: {}\n  columns: {}\n  rows: {}\n  square: {}\n",
+                                   board->markers ? "charuco" : "chessboard", board->columns,
+                                   board->rows, *board->square);
+    if (!board->markers) return text;
+    return text + fmt::format("  marker: {}\n  dictionary: {}\n", board->markers->size,
+                              board->markers->dictionary);
   }
   std::string points;
   const auto rounded = [](double metres) { return std::round(metres * 1e9) / 1e9 + 0.0; };

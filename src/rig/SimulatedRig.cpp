@@ -23,6 +23,8 @@ ObservedSource sourceOf(const SimulatedRigOptions& options, const World& world, 
   source.target.target = options.target.dots();
   if (options.target.type == TargetKind::apriltag) {
     source.target.tags = options.target.assumedTags();
+  } else if (options.target.hasBoard()) {
+    source.target.board = options.target.boardTarget();
   } else if (options.target.type == TargetKind::dots) {
     for (const TruePoint& point : world.truth()) {
       source.target.dots.push_back({point.id, point.u, point.v});

@@ -75,8 +75,8 @@ void check(const SimulatedRigOptions& rig, const Refuse& refuse) {
   }
   const SensingOptions& sensing = rig.sensing;
   if (sensing.tracker != rig.target.type) refuse("sensing.tracker", "must be as target.type");
-  if (sensing.light_on_dark && rig.target.type == TargetKind::apriltag) {
-    refuse("sensing.light_on_dark", "tags are dark on light");
+  if (sensing.light_on_dark && (rig.target.type == TargetKind::apriltag || rig.target.hasBoard())) {
+    refuse("sensing.light_on_dark", "tags and boards are dark on light");
   }
   for (const HiddenPeriod& hidden : sensing.hidden) {
     checkHidden(hidden, rig.target.points.size(), refuse);

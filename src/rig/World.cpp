@@ -282,6 +282,8 @@ void World::expose(DEPTHSERVO_VISP vpImage<unsigned char>& image) {
   view.frame = images_++;
   if (options_.target.type == TargetKind::apriltag) {
     printTags(view);
+  } else if (options_.target.hasBoard()) {
+    printBoard(view);
   } else if (options_.target.type == TargetKind::wall) {
     const CameraOptions& c = options_.camera;  // who stands before a wall leaves its borders free
     if (isHidden(0))
@@ -297,27 +299,41 @@ void World::expose(DEPTHSERVO_VISP vpImage<unsigned char>& image) {
 }
 
 void World::printTags(SyntheticView& view) const {
+  for (std::size_t tag = 0; tag < options_.target.tags.size(); ++tag) {
+    print(view, 4 * tag, 4, {4 * tag, 4 * tag + 1, 4 * tag + 2, 4 * tag + 3}, 1);
+  }
+}
+
+void World::printBoard(SyntheticView& view) const {
+  const BoardTarget board = options_.target.boardTarget();
+  const auto columns = static_cast<std::size_t>(board.columns);
+  const auto count = static_cast<std::size_t>(board.count());
+  print(view, 0, count, {0, columns - 1, count - 1, count - columns}, board.patches().size());
+}
+
+/// Displaces a sheet with these points by what its outer ones are, and hides it as a whole.
+void World::print(SyntheticView& view, std::size_t first, std::size_t count,
+                  const std::array<std::size_t, 4>& outer, std::size_t patches) const {
   constexpr double kMargin_px = 6;
   const std::vector<TruePoint> corners = seenAt(view.cMo);
-  for (std::size_t tag = 0; tag < options_.target.tags.size(); ++tag) {
-    std::array<Eigen::Vector2d, 4> from, to;
-    Eigen::Vector2d low(HUGE_VAL, HUGE_VAL), high = -low;
-    bool hides = false;
-    for (std::size_t j = 0; j < 4; ++j) {
-      const std::size_t i = 4 * tag + j;
-      from[j] = {corners[i].u, corners[i].v};
-      to[j] = from[j] + view.displacement[i];
-      low = low.cwiseMin(from[j]);
-      high = high.cwiseMax(from[j]);
-      hides = hides || isHidden(i);
-    }
-    view.patchWarps.push_back(warpBetween(from, to));
-    if (!hides || !low.allFinite() || !high.allFinite()) continue;
-    const auto clamped = [](double x) { return static_cast<int>(std::clamp(x, -1e6, 1e6)); };
-    const Eigen::Vector2d size = high - low + Eigen::Vector2d::Constant(2 * kMargin_px);
-    view.occluders.push_back({clamped(low.x() - kMargin_px), clamped(low.y() - kMargin_px),
-                              clamped(size.x()), clamped(size.y())});
+  std::array<Eigen::Vector2d, 4> from, to;
+  for (std::size_t j = 0; j < 4; ++j) {
+    from[j] = {corners[outer[j]].u, corners[outer[j]].v};
+    to[j] = from[j] + view.displacement[outer[j]];
   }
+  view.patchWarps.insert(view.patchWarps.end(), patches, warpBetween(from, to));
+  Eigen::Vector2d low(HUGE_VAL, HUGE_VAL), high = -low;
+  bool hides = false;
+  for (std::size_t i = first; i < first + count; ++i) {
+    low = low.cwiseMin(Eigen::Vector2d(corners[i].u, corners[i].v));
+    high = high.cwiseMax(Eigen::Vector2d(corners[i].u, corners[i].v));
+    hides = hides || isHidden(i);
+  }
+  if (!hides || !low.allFinite() || !high.allFinite()) return;
+  const auto clamped = [](double x) { return static_cast<int>(std::clamp(x, -1e6, 1e6)); };
+  const Eigen::Vector2d size = high - low + Eigen::Vector2d::Constant(2 * kMargin_px);
+  view.occluders.push_back({clamped(low.x() - kMargin_px), clamped(low.y() - kMargin_px),
+                            clamped(size.x()), clamped(size.y())});
 }
 
 std::vector<TrackedPoint> World::measure(const std::vector<TruePoint>& points) {

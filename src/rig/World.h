@@ -2,6 +2,7 @@
 
 #include <visp3/core/vpImage.h>
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -79,6 +80,9 @@ class World {
   Eigen::Vector2d shiftByReadout(std::size_t point) const;
   bool isHidden(std::size_t point) const;
   void printTags(SyntheticView& view) const;
+  void printBoard(SyntheticView& view) const;
+  void print(SyntheticView& view, std::size_t first, std::size_t count,
+             const std::array<std::size_t, 4>& outer, std::size_t patches) const;
   void moveTarget(double until_s);
   Twist targetTwist(double time_s) const;
   Twist twistRelativeToTarget() const;

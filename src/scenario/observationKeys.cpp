@@ -102,7 +102,7 @@ void describePixelNoise(Fields& f, ObservationOptions& options) {
   std::optional<double> noise;
   if (options.isPixelNoiseGiven) noise = options.pixelNoise_px;
   f.number(
-      {"pixel_noise", "1 sigma per axis", kOptional, "0.5; of apriltag and klt what they measure"},
+      {"pixel_noise", "1 sigma per axis", kOptional, "0.5; of trackers but dots what they measure"},
       noise, Range::above(0, 50), "px");
   options.isPixelNoiseGiven = noise.has_value();
   if (noise) options.pixelNoise_px = *noise;

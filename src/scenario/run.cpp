@@ -137,6 +137,7 @@ RunLog record(const Scenario& scenario, const std::string& folder, RunWatcher* w
   SequenceSettings settings{scenario.name, source.camera, target.target, target.dots,
                             replayYaml(observation)};
   settings.tags = target.tags;
+  settings.board = target.board;
   settings.rows = log.rows;
   settings.taught = target.taught;
   if (keepsLaw) addLaw(settings, {scenario.robot, {}, scenario.control}, run.goal());

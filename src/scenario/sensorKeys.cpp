@@ -46,7 +46,11 @@ namespace {
 /// What finds the points of each kind of target.
 const std::vector<detail::Choice<TargetKind>>& trackerWords() {
   static const std::vector<detail::Choice<TargetKind>> all = {
-      {TargetKind::dots, "dots"}, {TargetKind::apriltag, "apriltag"}, {TargetKind::wall, "klt"}};
+      {TargetKind::dots, "dots"},
+      {TargetKind::apriltag, "apriltag"},
+      {TargetKind::wall, "klt"},
+      {TargetKind::chessboard, "chessboard"},
+      {TargetKind::charuco, "charuco"}};
   return all;
 }
 

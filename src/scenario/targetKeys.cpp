@@ -9,7 +9,11 @@ using detail::Need;
 
 const std::vector<detail::Choice<TargetKind>>& targetWords() {
   static const std::vector<detail::Choice<TargetKind>> all = {
-      {TargetKind::dots, "dots"}, {TargetKind::apriltag, "apriltag"}, {TargetKind::wall, "wall"}};
+      {TargetKind::dots, "dots"},
+      {TargetKind::apriltag, "apriltag"},
+      {TargetKind::wall, "wall"},
+      {TargetKind::chessboard, "chessboard"},
+      {TargetKind::charuco, "charuco"}};
   return all;
 }
 
@@ -61,10 +65,34 @@ void describe(Fields& f, WallOptions& wall) {
             [&](Fields& pose) { depthservo::describe(pose, wall.pose); });
 }
 
+void describeBoard(Fields& f, TargetOptions& target) {
+  const Need ofBoards = Need::onlyFor(target.hasBoard(), "target.type: chessboard or charuco");
+  const Need ofMarkers = Need::onlyFor(target.type == TargetKind::charuco, "target.type: charuco");
+  constexpr detail::Range kCorners{BoardTarget::kLeast, BoardTarget::kMost};
+  BoardOptions& board = target.board;
+  f.integer({"columns",
+             "inner corners in a row, one less than squares; columns times rows is at most 64. The "
+             "points are these corners, row by row from the upper left, where the square outside "
+             "is black; the object frame is in their middle",
+             ofBoards},
+            board.columns, kCorners, "");
+  f.integer({"rows", "inner corners in a column", ofBoards}, board.rows, kCorners, "");
+  f.number({"square", "side of a square", ofBoards}, board.square, ranges::kLength, "m");
+  f.number({"marker", "side of a marker with its black border, 0.3 to 0.95 of a square", ofMarkers},
+           board.marker, ranges::kLength, "m");
+  const std::vector<std::string> names = arucoDictionaries();
+  std::vector<detail::Choice<std::string>> dictionaries;
+  for (const std::string& name : names) dictionaries.push_back({name, name.c_str()});
+  f.choice({"dictionary", "of the markers 0, 1, ...; OpenCV's", ofMarkers}, board.dictionary,
+           dictionaries);
+}
+
 }  // namespace
 
 void describe(Fields& f, TargetOptions& target) {
-  f.choice({"type", "round dots, AprilTags, or textured walls with nothing but natural corners"},
+  f.choice({"type",
+            "round dots, AprilTags, textured walls with nothing but natural corners, a chessboard, "
+            "or a ChArUco board: a chessboard with ArUco markers in its white squares"},
            target.type, targetWords());
   const bool hasDots = target.type == TargetKind::dots;
   f.rows({"points",
@@ -88,6 +116,7 @@ void describe(Fields& f, TargetOptions& target) {
   f.list({"walls", "1 to 16 textured walls",
           Need::onlyFor(target.type == TargetKind::wall, "target.type: wall")},
          target.walls, [](Fields& item, WallOptions& wall) { describe(item, wall); });
+  describeBoard(f, target);
   f.section({"pose", "of the object frame in the world"},
             [&](Fields& pose) { describe(pose, target.pose); });
   describe(f,

@@ -254,6 +254,7 @@ void Sequence::readSettings(const std::string& path, const SequenceOptions& opti
 void Sequence::useTarget(SequenceTarget seen) {
   target_ = std::move(seen.target);
   tags_ = std::move(seen.tags);
+  board_ = std::move(seen.board);
   dots_ = std::move(seen.dots);
   replay_ = std::move(seen.replay);
   if (seen.rows) rowMeaning_ = seen.rows;

@@ -58,6 +58,18 @@ std::string tagsYaml(const AprilTagTarget& target) {
   return text;
 }
 
+std::string boardYaml(const BoardTarget& board) {
+  std::string text =
+      fmt::format("target:\n  type: {}\n  columns: {}\n  rows: {}\n",
+                  board.markers ? "charuco" : "chessboard", board.columns, board.rows);
+  if (board.square) text += fmt::format("  square: {}\n", exact(*board.square));
+  if (const auto& markers = board.markers) {
+    text +=
+        fmt::format("  marker: {}\n  dictionary: {}\n", exact(markers->size), markers->dictionary);
+  }
+  return text;
+}
+
 std::string sequenceYaml(const SequenceSettings& settings) {
   YAML::Emitter name;
   name << YAML::DoubleQuoted << settings.name;
@@ -72,6 +84,8 @@ std::string sequenceYaml(const SequenceSettings& settings) {
   };
   if (settings.tags) {
     text += tagsYaml(*settings.tags);
+  } else if (settings.board) {
+    text += boardYaml(*settings.board);
   } else if (!settings.target.points.empty()) {
     text += "target:\n  type: dots\n  points: " +
             list(settings.target.points,

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "depthservo/motion/Motion.h"
 #include "sequence/LineStream.h"
 #include "sequence/twistLine.h"
 #include "text/TextFile.h"
@@ -35,9 +36,11 @@ std::optional<OdometryRow> parsed(std::string_view line) {
 
 }  // namespace
 
-TwistStream::TwistStream(const std::string& path)
+TwistStream::TwistStream(const std::string& path, const std::optional<RpyPose>& cameraInBase)
     : lines_(std::make_unique<detail::LineStream>(path, "twists")),
-      last_s_(-std::numeric_limits<double>::infinity()) {}
+      last_s_(-std::numeric_limits<double>::infinity()) {
+  if (cameraInBase) bMc_ = cameraInBase->isometry();
+}
 
 TwistStream::~TwistStream() = default;
 
@@ -63,7 +66,7 @@ std::vector<OdometryRow> TwistStream::read(double wait_s) {
 
 void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows) {
   if (line.empty() || line.front() == '#' || line == detail::kTwistHeader) return;
-  const auto row = parsed(line);
+  auto row = parsed(line);
   if (!row) {
     ++counts_.malformed;
     const auto time = detail::toNumber(trimmed(line.substr(0, line.find(','))));
@@ -75,6 +78,7 @@ void TwistStream::takeLine(std::string_view line, std::vector<OdometryRow>& rows
   } else {
     ++counts_.rows;
     last_s_ = row->time_s;
+    if (bMc_) row->twist = twistOfCamera(*bMc_, row->twist);
     rows.push_back(*row);
   }
 }

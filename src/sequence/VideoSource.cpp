@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "depthservo/sequence/Sequence.h"
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/text/InputError.h"
 #include "sequence/GrayImage.h"
@@ -40,6 +41,9 @@ VideoRequest::Kind kindOf(const std::string& source) {
     refuse(source, "there is no such camera");
   }
   if (fs::is_character_file(source, error)) return Kind::camera;
+  if (isBag(source)) {
+    refuse(source, "is a bag, not a camera or a video; depthservo replay observes recordings");
+  }
   if (fs::is_directory(source, error)) {
     refuse(source, "is a folder; give its images as FOLDER/%06d.png, or use replay");
   }

@@ -60,6 +60,84 @@ AprilTagTarget readTags(const StrictMapping& target) {
   return tags;
 }
 
+/// `columns`, `rows`, `square` and, of a ChArUco board, `marker` and `dictionary`.
+BoardTarget readBoard(const StrictMapping& target, bool hasMarkers) {
+  constexpr Range kCorners{BoardTarget::kLeast, BoardTarget::kMost};
+  const Range length = Range::above(0, 10);
+  BoardTarget board;
+  board.columns = static_cast<int>(target.integer("columns", kCorners, ""));
+  board.rows = static_cast<int>(target.integer("rows", kCorners, ""));
+  if (hasMarkers || target.has("square")) board.square = target.number("square", length, "m");
+  if (hasMarkers) {
+    BoardTarget::Markers& markers = board.markers.emplace();
+    markers.size = target.number("marker", length, "m");
+    if (target.has("dictionary")) markers.dictionary = target.text("dictionary");
+    const std::vector<std::string> known = arucoDictionaries();
+    if (std::find(known.begin(), known.end(), markers.dictionary) == known.end()) {
+      target.fail("dictionary", fmt::format("there is no ArUco dictionary {}; the nearest is '{}'",
+                                            detail::quoted(markers.dictionary),
+                                            nearestWord(markers.dictionary, known)));
+    }
+  }
+  const std::string why = board.objection();
+  if (!why.empty()) target.fail("columns", why);
+  return board;
+}
+
+/// Which keys are for which types of targets.
+struct TargetType {
+  const char* name;
+  std::vector<const char*> keys;
+};
+
+const std::vector<TargetType>& targetTypes() {
+  static const std::vector<TargetType> all = {
+      {"dots", {"points", "radius"}},
+      {"apriltag", {"family", "tags"}},
+      {"chessboard", {"columns", "rows", "square"}},
+      {"charuco", {"columns", "rows", "square", "marker", "dictionary"}}};
+  return all;
+}
+
+/// Refuses what is not for its type; the types of a key are named.
+std::string typeOf(const StrictMapping& target) {
+  const std::string type = target.has("type") ? target.text("type") : "dots";
+  const auto& all = targetTypes();
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const TargetType& t) { return type == t.name; });
+  if (found == all.end()) target.fail("type", "expected dots, apriltag, chessboard or charuco");
+  for (const TargetType& other : all) {
+    for (const std::string key : other.keys) {
+      const bool isAllowed =
+          std::find(found->keys.begin(), found->keys.end(), key) != found->keys.end();
+      if (!isAllowed && target.has(key)) {
+        target.fail(key, fmt::format("is for type: {}", other.name));
+      }
+    }
+  }
+  return type;
+}
+
+void readTarget(const StrictMapping& settings, SequenceTarget& seen) {
+  const StrictMapping target =
+      settings.mapping("target", {"type", "points", "radius", "family", "tags", "columns", "rows",
+                                  "square", "marker", "dictionary"});
+  const std::string type = typeOf(target);
+  if (type == "apriltag") {
+    seen.tags = readTags(target);
+    if (seen.tags->hasSizes()) seen.target.points = seen.tags->corners();
+  } else if (type == "dots") {
+    for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
+      seen.target.points.emplace_back(point[0], point[1], point[2]);
+    }
+    if (seen.target.points.empty()) target.fail("points", "expected at least 1 point");
+    if (target.has("radius")) seen.target.radius = target.number("radius", {0, 10}, "m");
+  } else {
+    seen.board = readBoard(target, type == "charuco");
+    if (seen.board->square) seen.target.points = seen.board->corners();
+  }
+}
+
 constexpr Range kDotPixels{-1e6, 1e6};  // px
 
 }  // namespace
@@ -82,29 +160,7 @@ Eigen::Isometry3d handEyeIn(const std::string& file) {
 
 SequenceTarget targetOf(const StrictMapping& settings) {
   SequenceTarget seen;
-  if (settings.has("target")) {
-    const StrictMapping target =
-        settings.mapping("target", {"type", "points", "radius", "family", "tags"});
-    const std::string type = target.has("type") ? target.text("type") : "dots";
-    if (type != "dots" && type != "apriltag") target.fail("type", "expected dots or apriltag");
-    const bool hasTags = type == "apriltag";
-    for (const char* key : {"points", "radius"}) {
-      if (hasTags && target.has(key)) target.fail(key, "is for type: dots");
-    }
-    for (const char* key : {"family", "tags"}) {
-      if (!hasTags && target.has(key)) target.fail(key, "is for type: apriltag");
-    }
-    if (hasTags) {
-      seen.tags = readTags(target);
-      if (seen.tags->hasSizes()) seen.target.points = seen.tags->corners();
-    } else {
-      for (const auto& point : target.rows("points", 3, {-100, 100}, "m")) {
-        seen.target.points.emplace_back(point[0], point[1], point[2]);
-      }
-      if (seen.target.points.empty()) target.fail("points", "expected at least 1 point");
-    }
-    if (target.has("radius")) seen.target.radius = target.number("radius", {0, 10}, "m");
-  }
+  if (settings.has("target")) readTarget(settings, seen);
   if (settings.has("dots")) {
     for (const auto& dot : settings.rows("dots", 2, kDotPixels, "px")) {
       seen.dots.push_back({static_cast<int>(seen.dots.size()), dot[0], dot[1]});
@@ -133,7 +189,7 @@ SequenceTarget readTarget(const std::string& path) {
   const detail::YamlValue root = detail::loadYaml(path);
   const StrictMapping settings(root, path, "", detail::settingsKeys());
   SequenceTarget seen = detail::targetOf(settings);
-  if (seen.target.points.empty() && seen.dots.empty() && !seen.tags) {
+  if (seen.target.points.empty() && seen.dots.empty() && !seen.hasCorners()) {
     settings.fail("target",
                   "missing: expected target: {type: dots, points: [...]}, or dots: [...]");
   }

@@ -24,7 +24,7 @@ struct ServoLoop::Parts : Rig::Listener {
                            features, observer.estimator())),
         governor(c.hidden_sigma, camera.focal_px()),
         judge(camera, c, o.depth.Z_min, observer.ids().size(),
-              r.source().target.tags ? "corner" : "dot"),
+              r.source().target.hasCorners() ? "corner" : "dot"),
         lastCommand(Eigen::VectorXd::Zero(r.robot()->velocityLimits().size())) {
     for (std::size_t i = 0; i < features.size(); ++i) {
       features[i].set_Z(o.depth.initial);

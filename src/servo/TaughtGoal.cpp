@@ -28,6 +28,7 @@ constexpr double kLeastDot_px = 2;  // semi-axis: smaller ones are specks
 TrackerKind trackerOf(const SequenceTarget& target, TrackerKind wanted) {
   if (wanted != TrackerKind::automatic) return wanted;
   if (target.tags) return TrackerKind::apriltag;
+  if (target.board) return trackerOf(*target.board);
   return target.target.points.empty() && target.dots.empty() ? TrackerKind::klt : TrackerKind::dots;
 }
 
@@ -62,6 +63,7 @@ void requireAll(const TaughtGoal& goal, std::size_t expected, const std::string&
   if (found >= needed) return;
   const char* what = goal.tracker == TrackerKind::dots       ? "dots"
                      : goal.tracker == TrackerKind::apriltag ? "corners of tags"
+                     : isOfBoard(goal.tracker)               ? "corners of the board"
                                                              : "natural corners";
   throw InputError({place, 0, ""},
                    fmt::format("{} of {} {} found in the image; show them whole, in good light, or "
@@ -101,6 +103,11 @@ void findPoints(TaughtGoal& goal, const TeachOptions& options, const std::string
     for (const Eigen::Vector2d& c : centres) {
       goal.target.dots.push_back({static_cast<int>(goal.target.dots.size()), c.x(), c.y()});
     }
+  }
+  if (isOfBoard(goal.tracker) &&
+      (!goal.target.board || trackerOf(*goal.target.board) != goal.tracker)) {
+    throw InputError({place, 0, ""}, fmt::format("--tracker {0} needs a --target of type: {0}",
+                                                 toString(goal.tracker)));
   }
   const auto ids = idsOf(goal.target, goal.tracker);
   goal.points = makeTracker(goal.target, goal.tracker, {})->track(goal.image, {});
@@ -194,6 +201,7 @@ void writeGoal(const TaughtGoal& goal, const std::string& folder) {
   }
   SequenceSettings settings{"goal", goal.camera, goal.target.target, goal.target.dots, ""};
   settings.tags = goal.target.tags;
+  settings.board = goal.target.board;
   writer.finish(settings);
 }
 

@@ -31,6 +31,15 @@ void checkTags(const TargetOptions& target, const Refuse& refuse) {
   }
 }
 
+void checkBoard(const TargetOptions& target, const Refuse& refuse) {
+  const BoardTarget board = target.boardTarget();
+  const std::string why = board.objection();
+  if (!why.empty()) refuse("columns", why);
+  if (target.points != board.corners()) {
+    refuse("points", "is for dots; a board's points are its corners");
+  }
+}
+
 }  // namespace
 
 AprilTagTarget TargetOptions::trueTags() const {
@@ -39,8 +48,19 @@ AprilTagTarget TargetOptions::trueTags() const {
   return target;
 }
 
+bool TargetOptions::hasBoard() const {
+  return type == TargetKind::chessboard || type == TargetKind::charuco;
+}
+
+BoardTarget TargetOptions::boardTarget() const {
+  BoardTarget target{board.columns, board.rows, board.square, {}};
+  if (type == TargetKind::charuco) target.markers = {board.dictionary, board.marker};
+  return target;
+}
+
 std::vector<GrayPatch> TargetOptions::patches() const {
   if (type == TargetKind::apriltag) return trueTags().patches();
+  if (hasBoard()) return boardTarget().patches();
   std::vector<GrayPatch> all;
   for (const WallOptions& wall : walls) {
     const auto cells = [&](double side) { return static_cast<int>(std::ceil(side / wall.cell)); };
@@ -53,6 +73,7 @@ std::vector<GrayPatch> TargetOptions::patches() const {
 
 std::vector<Eigen::Vector3d> TargetOptions::ownPoints() const {
   if (type == TargetKind::apriltag) return trueTags().corners();
+  if (hasBoard()) return boardTarget().corners();
   std::vector<Eigen::Vector3d> own;
   for (const WallOptions& wall : walls) {
     for (const auto& [x, y] :
@@ -74,6 +95,7 @@ AprilTagTarget TargetOptions::assumedTags() const {
 
 DotTarget TargetOptions::dots() const {
   if (type == TargetKind::dots) return {points, radius};
+  if (hasBoard()) return {boardTarget().corners(), 0};
   if (type == TargetKind::wall) return {};
   const AprilTagTarget known = assumedTags();
   return {known.hasSizes() ? known.corners() : std::vector<Eigen::Vector3d>(), 0};
@@ -89,6 +111,7 @@ void check(const TargetOptions& target, const Refuse& refuse) {
     refuse("walls", "has more than a million cells; make them larger");
   }
   if (target.type == TargetKind::apriltag) checkTags(target, refuse);
+  if (target.hasBoard()) checkBoard(target, refuse);
   const auto& points = target.points;
   if (points.empty() || points.size() > kMostTargetPoints) {
     refuse("points",

@@ -63,6 +63,14 @@ TEST_F(LiveOfRecording, as_image_files_gives_the_estimates_of_replay) {
   }
 }
 
+TEST_F(LiveOfRecording, with_the_twists_of_a_base_gives_the_estimates_of_replay) {
+  const std::string place = "--camera-in-base 0.1,-0.02,0.2,0.05,-0.03,0.02";
+  const Result result = live(series_, "--twist " + twistFile() + " " + place + " --out " + out());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  expectReplayed(place);
+  expectRefused(live(series_, "--motion target " + place), {"--camera-in-base", "--twist"});
+}
+
 TEST_F(LiveOfRecording, as_lossless_video_gives_the_estimates_of_replay) {
   const std::string video = folder_ / "video.avi";
   cv::VideoWriter writer(video, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'P', 'N', 'G'), 30,

@@ -45,6 +45,7 @@ TEST(RosBagTest, info_tells_what_it_has_and_what_is_missing) {
         "frame camera_link in base_link", "left, right", "it can be replayed"}) {
     EXPECT_NE(text.out.find(words), std::string::npos) << words << "\n" << text.out;
   }
+  EXPECT_EQ(text.out.find(" -0 "), std::string::npos) << text.out;
   const auto json = test::depthservo("info " + kBags + "zstd.mcap --json").json();
   EXPECT_EQ(json["replayable"], true);
   EXPECT_EQ(json["topics"].size(), 4u);
@@ -68,6 +69,14 @@ TEST(RosBagTest, other_commands_take_bags_and_wrong_words_are_refused_in_one_lin
                 {"nowhere", "camera_optical", "--camera-in-base"});
   expectRefused(test::depthservo(replay + "drive --topics image=/a"), {"--topics", "folder"});
   expectRefused(test::depthservo(replay + "nothing.bag"), {"no such folder or bag"});
+}
+
+TEST(RosBagTest, what_takes_no_recording_points_to_replay) {
+  for (const char* bag : {"lz4.bag", "zstd.mcap", "little.db3"}) {
+    const std::string source = " --source " + kBags + bag + " --camera tum-fr1 ";
+    expectRefused(test::depthservo("live --no-window --twist /dev/null" + source), {bag, "replay"});
+    expectRefused(test::depthservo("teach --out nowhere" + source), {bag, "replay"});
+  }
 }
 
 }  // namespace

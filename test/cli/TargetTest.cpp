@@ -62,8 +62,26 @@ TEST_F(Target, a_tag_has_its_exact_size_from_corner_to_corner) {
   expectBox(page.shapes[0], 105 - 75, y - 75, 105 + 75, y + 75);
 }
 
+TEST_F(Target, a_board_has_its_exact_size_and_begins_with_black) {
+  const Result result = draw("chessboard --columns 4 --rows 3 --square 0.03");
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const PdfPage page = readPdfPage(file());
+  ASSERT_EQ(page.shapes.size(), 10u + 1) << "black squares and the ruler";
+  const double left = 105 - 75, top = (297 - 32) / 2.0 - 60;
+  expectBox(page.shapes[0], left, top, left + 30, top + 30);
+  expectBox(page.shapes[1], left + 60, top, left + 90, top + 30);
+  expectBox(page.shapes[3], left + 30, top + 30, left + 60, top + 60);
+  expectBox(page.shapes[9], left + 90, top + 90, left + 120, top + 120);
+  std::filesystem::remove(file());
+  expectRefused(draw("chessboard --columns 2"), {"3 to 24 inner corners"});
+  expectRefused(draw("charuco --dictionary 4x5_50"), {"--dictionary", "4x4_50"});
+  expectRefused(draw("charuco --marker 0.03"), {"0.3 to 0.95"});
+  expectRefused(draw("chessboard --square 0.05"), {"--square", "paper has room"});
+}
+
 TEST_F(Target, prints_lines_that_a_sequence_takes) {
-  for (const char* kind : {"dots --columns 3 --rows 3 --size 0.15", "apriltag --id 5 --size 0.1"}) {
+  for (const char* kind : {"dots --columns 3 --rows 3 --size 0.15", "apriltag --id 5 --size 0.1",
+                           "chessboard", "charuco --columns 5 --dictionary 6x6_250"}) {
     SCOPED_TRACE(kind);
     std::filesystem::remove(file());
     const Result result = draw(kind);
@@ -92,7 +110,7 @@ TEST_F(Target, refuses_what_cannot_be_printed) {
   expectRefused(draw("dots --paper a5"), {"--paper", "a4 or letter"});
   expectRefused(draw("apriltag --family 36h12"), {"--family", "'36h11'"});
   expectRefused(draw("apriltag --id 587"), {"--id", "0 to 586"});
-  expectRefused(draw("circles"), {"circles", "dots or apriltag"});
+  expectRefused(draw("circles"), {"circles", "dots, apriltag, chessboard or charuco"});
   folder_.write("target.pdf", "mine");
   expectRefused(draw("dots"), {"target.pdf", "exists"});
   EXPECT_EQ(folder_.read("target.pdf"), "mine");

@@ -300,6 +300,34 @@ TEST_F(BagTest, a_lens_that_is_no_pinhole_is_refused_and_rectified_images_have_n
   EXPECT_TRUE(isRefusal(refusal(options), {"/fish/camera_info", "equidistant"}));
 }
 
+TEST_F(BagTest, not_packed_it_is_refused_or_read_wherever_it_is_cut_off_or_flipped) {
+  addTwists("camera", {1, 2, 3, 0.1, 0.2, 0.3});
+  const std::string path = (folder_ / "a.mcap").string();
+  for (const bool hasChunk : {false, true}) {
+    const std::string all =
+        McapParts::file(hasChunk ? McapParts::chunk("", records_.size(), records_) : records_);
+    int refused = 0, read = 0;
+    const auto open = [&](const std::string& bytes, std::size_t at) {
+      folder_.write("a.mcap", bytes);
+      try {
+        const Whole whole(path);
+        ++read;
+      } catch (const InputError& error) {
+        ++refused;
+        EXPECT_TRUE(isRefusal(error.what(), {"a.mcap"})) << at;
+      }
+    };
+    for (std::size_t at = 0; at < all.size(); at += 3) {
+      open(all.substr(0, at), at);
+      std::string flipped = all;
+      flipped[at] = static_cast<char>(flipped[at] ^ (1 << at % 8));
+      open(flipped, at);
+    }
+    EXPECT_GT(refused, 100) << hasChunk;
+    EXPECT_GT(read, 100) << hasChunk;
+  }
+}
+
 TEST_F(BagTest, sizes_are_checked_before_anything_is_unpacked) {
   const std::string good = records_;
   const auto started = std::chrono::steady_clock::now();

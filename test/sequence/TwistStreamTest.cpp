@@ -52,6 +52,16 @@ TEST_F(TwistPipe, rows_come_as_they_were_written_whatever_the_pieces) {
   EXPECT_EQ(stream.counts().refused(), 0u);
 }
 
+TEST_F(TwistPipe, rows_of_a_base_become_those_of_the_camera_on_it) {
+  // Half a metre ahead of the base and looking ahead: x is the base's -y, y its -z, z its x.
+  TwistStream stream(path_, RpyPose{{0.5, 0, 0}, {-M_PI / 2, 0, -M_PI / 2}});
+  write("1,1,0,0,0,0,0.2\n");
+  const auto rows = stream.read(0);
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_LT((rows[0].twist.linear - Eigen::Vector3d(-0.1, 0, 1)).norm(), 1e-12);
+  EXPECT_LT((rows[0].twist.angular - Eigen::Vector3d(0, -0.2, 0)).norm(), 1e-12);
+}
+
 TEST_F(TwistPipe, without_a_writer_or_with_a_silent_one_nothing_hangs) {
   TwistStream stream(path_);
   EXPECT_TRUE(stream.read(0.02).empty());

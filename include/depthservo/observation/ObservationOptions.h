@@ -11,11 +11,13 @@ namespace depthservo {
 
 /// How points are found in recorded data.
 enum class TrackerKind {
-  automatic,  ///< apriltag where the target has tags, else dots where there are images, else tracks
-  dots,       ///< DotTracker from the start positions, or from the target's pattern without them
-  apriltag,   ///< AprilTagTracker, of the target's tags or of all tags of a family
-  klt,        ///< KltTracker: natural corners
-  tracks,     ///< tracks.csv
+  automatic,   ///< that of the target where there are images, else tracks
+  dots,        ///< DotTracker from the start positions, or from the target's pattern without them
+  apriltag,    ///< AprilTagTracker, of the target's tags or of all tags of a family
+  chessboard,  ///< BoardTracker, of the target's board
+  charuco,     ///< BoardTracker, of the target's board with markers
+  klt,         ///< KltTracker: natural corners
+  tracks,      ///< tracks.csv
 };
 
 /// Where the camera's motion is taken from.
@@ -32,7 +34,7 @@ struct ObservationOptions {
   EstimatorOptions depth;              ///< estimator, first guess, range
   std::optional<double> priorSigma_Z;  ///< 1 sigma of the first guess [m]; none: the wide default
   double pixelNoise_px = 0.5;          ///< 1 sigma per axis told to the estimator [px]
-  bool isPixelNoiseGiven = false;      ///< if not, apriltag and klt say it of each point themselves
+  bool isPixelNoiseGiven = false;      ///< if not, the trackers but dots say it of each point
 
   std::string tagFamily = "36h11";  ///< of AprilTags when the sequence does not name its target
   int corners = 300;                ///< as many as klt follows at once, 1..2000

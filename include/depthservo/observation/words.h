@@ -7,7 +7,8 @@
 
 namespace depthservo {
 
-/// dots | apriltag | klt | tracks | auto. \param place of the word \throw InputError another word
+/// dots | apriltag | chessboard | charuco | klt | tracks | auto. \param place of the word \throw
+/// InputError another word
 TrackerKind trackerNamed(const std::string& name, const InputError::Place& place);
 
 /// twist | groundtruth | target | auto. \param place of the word \throw InputError another word

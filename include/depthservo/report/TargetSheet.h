@@ -22,9 +22,9 @@ DotTarget dotGrid(int columns, int rows, double width, double radius);
 /// white margin around; below it what it is and a ruler of 100 mm to check the print. The same
 /// target gives the same bytes.
 ///
-/// \param seen dots with a radius, or one AprilTag with a size
-/// \throw InputError it does not fit (and how large it may be), or the file exists or cannot be
-/// written
+/// \param seen dots with a radius, one AprilTag with a size, or a board with the side of its
+/// squares \throw InputError it does not fit (and how large it may be), or the file exists or
+/// cannot be written
 void writeTargetSheet(const SequenceTarget& seen, const Paper& paper, const std::string& file);
 
 /// The target as lines of YAML, for a scenario and for sequence.yaml alike.

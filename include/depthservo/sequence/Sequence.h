@@ -14,6 +14,7 @@
 #include "depthservo/sequence/ClockCheck.h"
 #include "depthservo/sequence/DepthMap.h"
 #include "depthservo/target/AprilTagTarget.h"
+#include "depthservo/target/BoardTarget.h"
 #include "depthservo/target/DotTarget.h"
 #include "depthservo/target/TaughtImage.h"
 #include "depthservo/text/InputError.h"
@@ -86,7 +87,7 @@ struct ReplaySection {
 
 /// What is to be tracked, as sequence.yaml tells it.
 struct SequenceTarget {
-  DotTarget target;  ///< no points: not named; of AprilTags the corners, if all sizes are given
+  DotTarget target;  ///< no points: not named; of tags and boards the corners, if sizes are given
   std::optional<AprilTagTarget> tags{};  ///< empty when the target is of another type
   std::vector<PixelPoint>
       dots{};  ///< start positions in the first image, ids 0, 1, ...; may be empty
@@ -94,6 +95,10 @@ struct SequenceTarget {
   std::shared_ptr<const TaughtImage> taught{};
   ReplaySection replay{};
   std::optional<RowMeaning> rows{};  ///< what the rows of odometry mean; none: nothing is said
+  std::optional<BoardTarget> board{};  ///< empty when the target is of another type
+
+  /// Points are corners, found by what is printed round them: not dots.
+  bool hasCorners() const { return tags || board; }
 };
 
 /// `target`, `dots` and `replay` of a file with the keys of sequence.yaml. Throws InputError; so it
@@ -147,8 +152,8 @@ class Sequence {
   const std::vector<ListedImage>& depthImages() const { return depthImages_; }
   double depthScale() const { return depthScale_; }  ///< gray levels per metre of depth images
 
-  /// No points when the sequence does not name its target. Of AprilTags the corners, if all sizes
-  /// are given.
+  /// No points when the sequence does not name its target. Of AprilTags and boards the corners, if
+  /// all sizes are given.
   const DotTarget& target() const { return target_; }
   /// The tags of the target; empty when it is of another type.
   const std::optional<AprilTagTarget>& tags() const { return tags_; }
@@ -162,7 +167,9 @@ class Sequence {
   const ReplaySection& replaySection() const { return replay_; }
 
   /// All of these in one, and what was taught.
-  SequenceTarget seen() const { return {target_, tags_, dots_, taught_, replay_, rowMeaning_}; }
+  SequenceTarget seen() const {
+    return {target_, tags_, dots_, taught_, replay_, rowMeaning_, board_};
+  }
 
   /// How the times of the images and those of the odometry, or of the poses when there is none, fit
   /// together; empty when there are neither. (That they do not overlap at all is refused.)
@@ -216,6 +223,7 @@ class Sequence {
   double depthScale_ = 5000;
   DotTarget target_;
   std::optional<AprilTagTarget> tags_;
+  std::optional<BoardTarget> board_;
   std::vector<PixelPoint> dots_;
   std::shared_ptr<const TaughtImage> taught_;
   ReplaySection replay_;

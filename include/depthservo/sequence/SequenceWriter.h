@@ -33,6 +33,7 @@ struct SequenceSettings {
   std::shared_ptr<const TaughtImage> taught = {};  ///< goes into a folder of its own
   std::vector<PixelPoint> goal = {};               ///< of a law whose commands are kept
   std::vector<double> goalZ = {};                  ///< by point [m]
+  std::optional<BoardTarget> board = {};           ///< instead of the target
   std::string robot = {};                          ///< robot.yaml, for the same law; may be empty
 };
 

@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "depthservo/motion/RpyPose.h"
 #include "depthservo/sequence/TwistSource.h"
 
 namespace depthservo {
@@ -15,8 +17,9 @@ namespace detail {
 class LineStream;
 }
 
-/// Twists of the camera from a pipe, while they come: lines `timestamp,vx,vy,vz,wx,wy,wz` (camera
-/// frame, m/s and rad/s), a header of these names and comments after '#' allowed.
+/// Twists of the camera, or of the base that carries it, from a pipe, while they come: lines
+/// `timestamp,vx,vy,vz,wx,wy,wz` (m/s and rad/s), a header of these names and comments after '#'
+/// allowed.
 ///
 /// Nobody can make it wait longer than it is told to: a pipe without a writer, one that is silent,
 /// or one that never ends. A line that is not seven finite numbers, one that its writer left
@@ -24,8 +27,9 @@ class LineStream;
 class TwistStream : public TwistSource {
  public:
   /// \param path a named pipe, a file, "-" for standard input, or udp:ADDRESS:PORT to listen at
-  /// \throw InputError
-  explicit TwistStream(const std::string& path);
+  /// \param cameraInBase pose of the camera (z forward) in the base whose twists the lines are:
+  /// they become those of the camera. None: they are the camera's \throw InputError
+  explicit TwistStream(const std::string& path, const std::optional<RpyPose>& cameraInBase = {});
   ~TwistStream() override;
   TwistStream(const TwistStream&) = delete;
   TwistStream& operator=(const TwistStream&) = delete;
@@ -50,6 +54,7 @@ class TwistStream : public TwistSource {
   void note(std::string fault);
 
   std::unique_ptr<detail::LineStream> lines_;
+  std::optional<Eigen::Isometry3d> bMc_;
   double last_s_;
   Counts counts_;
   std::vector<std::string> faults_;

@@ -10,12 +10,13 @@
 #include "depthservo/motion/RpyPose.h"
 #include "depthservo/motion/VelocityProfile.h"
 #include "depthservo/target/AprilTagTarget.h"
+#include "depthservo/target/BoardTarget.h"
 #include "depthservo/target/DotTarget.h"
 
 namespace depthservo {
 
-/// What the camera looks at: dots | apriltag | wall.
-enum class TargetKind { dots, apriltag, wall };
+/// What the camera looks at: dots | apriltag | wall | chessboard | charuco.
+enum class TargetKind { dots, apriltag, wall, chessboard, charuco };
 
 constexpr std::size_t kMostTargetPoints = 64;
 
@@ -35,15 +36,24 @@ struct WallOptions {
   RpyPose pose;                    ///< of its middle in the object frame: x right, y down, z away
 };
 
+/// A chessboard or a ChArUco board in the object frame; its words are those of BoardTarget.
+struct BoardOptions {
+  int columns = 7, rows = 4;
+  double square = 0.04;               ///< [m]
+  double marker = 0.03;               ///< of a ChArUco board [m]
+  std::string dictionary = "4x4_50";  ///< of a ChArUco board
+};
+
 struct TargetOptions {
   TargetKind type = TargetKind::dots;
-  /// Centres of the dots, or the corners of the tags (not read then, but worked out) [m], object
-  /// frame.
+  /// Centres of the dots, or the corners of tags or board (not read then, but worked out) [m],
+  /// object frame.
   std::vector<Eigen::Vector3d> points;
   double radius = 0.02;          ///< of the dots [m]
   std::string family = "36h11";  ///< of the tags
   std::vector<TagOptions> tags;
   std::vector<WallOptions> walls;
+  BoardOptions board;
   /// wMo. The default faces the -x direction of the world: object x is world -y, y is world -z
   /// and z is world x.
   RpyPose pose{{0, 0, 0.13}, {-1.5707963267948966, 0, -1.5707963267948966}};
@@ -51,9 +61,11 @@ struct TargetOptions {
 
   /// What is known of the points: of tags only if their sizes are assumed.
   DotTarget dots() const;
-  std::vector<GrayPatch> patches() const;  ///< as they are: tags or walls
-  /// Where no points are given: the corners of the tags; of each wall four points half way to its
-  /// corners.
+  std::vector<GrayPatch> patches() const;  ///< as they are: tags, walls or a board
+  bool hasBoard() const;                   ///< chessboard or charuco
+  BoardTarget boardTarget() const;
+  /// Where no points are given: the corners of tags or board; of each wall four points half way to
+  /// its corners.
   std::vector<Eigen::Vector3d> ownPoints() const;
   AprilTagTarget trueTags() const;     ///< with the sizes that they have
   AprilTagTarget assumedTags() const;  ///< with the sizes that are assumed
