@@ -32,7 +32,7 @@ class Meter : public RunWatcher {
   explicit Meter(const std::function<bool()>& isStopped) : isStopped_(isStopped) {}
 
   bool onFrame(const RunFrame& frame) override {
-    if (!meter_) meter_.emplace(frame.log.camera, kFromLog);
+    if (!meter_) begin(frame.log.camera);
     meter_->add(frame.record);
     wasStopped_ = wasStopped_ || isStopped_();
     return !wasStopped_;
@@ -47,7 +47,11 @@ class Meter : public RunWatcher {
   }
 
  private:
-  inline static const std::vector<Eigen::Vector2d> kFromLog{};  // it keeps no frames of its own
+  void begin(const PinholeCamera& camera) {
+    meter_.emplace(camera, std::vector<Eigen::Vector2d>{});  // it keeps no frames of its own
+    meter_->omitExcitation();
+  }
+
   const std::function<bool()>& isStopped_;
   std::optional<MetricsMeter> meter_;
   bool wasStopped_ = false;

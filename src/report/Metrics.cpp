@@ -49,7 +49,7 @@ void MetricsMeter::add(const FrameRecord& frame) {
   for (auto story = stories_.begin(); story != stories_.end();) {
     story = story->second.frame == metrics_.frames ? std::next(story) : stories_.erase(story);
   }
-  unexcited_.add(frame);
+  if (isExcitationAsked_) unexcited_.add(frame);
   for (const UnexcitedPeriod& period : unexcited_.takeEnded()) {
     const auto story = stories_.find(period.point);
     if (story != stories_.end()) story->second.point.unexcited_because = period.because;

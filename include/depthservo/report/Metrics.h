@@ -59,6 +59,10 @@ class MetricsMeter {
  public:
   MetricsMeter(const PinholeCamera& camera, std::vector<Eigen::Vector2d> goals);
 
+  /// Nobody asks why a depth could not be seen: `unexcited_because` stays empty. Before the first
+  /// frame.
+  void omitExcitation() { isExcitationAsked_ = false; }
+
   void add(const FrameRecord& frame);
 
   /// \param log what is known of the run as a whole; its frames are not looked at
@@ -82,6 +86,7 @@ class MetricsMeter {
   std::map<int, Story> stories_;
   double first_s_ = kUnknown, last_s_ = kUnknown;
   std::size_t judged_ = 0, covered_ = 0;
+  bool isExcitationAsked_ = true;
 };
 
 Metrics computeMetrics(const RunLog& log);
