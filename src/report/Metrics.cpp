@@ -41,6 +41,12 @@ void MetricsMeter::add(const FrameRecord& frame) {
   } else {
     metrics_.min_frame_rate = std::fmin(metrics_.min_frame_rate, 1 / (frame.time_s - last_s_));
   }
+  if (arePointsAsked_) addPoints(frame);
+  keepForImageError(frame);
+  last_s_ = frame.time_s;
+}
+
+void MetricsMeter::addPoints(const FrameRecord& frame) {
   for (const FeatureRecord& feature : frame.features) {
     seeBorder(feature);
     judge(feature);
@@ -54,8 +60,6 @@ void MetricsMeter::add(const FrameRecord& frame) {
     const auto story = stories_.find(period.point);
     if (story != stories_.end()) story->second.point.unexcited_because = period.because;
   }
-  keepForImageError(frame);
-  last_s_ = frame.time_s;
 }
 
 /// Dots whose place is known: the true one, or else the measured one.
