@@ -77,6 +77,7 @@ void SharedErrorFilter::reset() {
   std::fill(seated_.begin(), seated_.end(), kNone);
   resetShared();
   twist_ = {};
+  steady_.setConstant(std::numeric_limits<double>::quiet_NaN());
   noise_ = {};
   dt_ = 0;
 }

@@ -16,9 +16,29 @@ using detail::FilterPoint;
 using detail::setCovariance;
 using Phase = FilterPoint::Phase;
 
-/// The twist's change is taken from means over this time at least [s]. Shorter ones hold noise of
-/// the rows that also errs in the motion itself and would pass for a latency (errors in variables).
-constexpr double kStretch_s = 0.25;
+/// The told twist is averaged over this time [s] for what a latency does, since its noise also errs
+/// in the motion itself and would pass for a latency (errors in variables). A change far beyond the
+/// noise, as when a robot sets off, is followed at once.
+constexpr double kSteady_s = 0.5;
+constexpr double kFarBeyond = 25;  // sigma
+
+/// An instant is as long [s].
+constexpr double kInstant_s = 1e-3;
+
+/// How much of a change of the twist's linear or angular part to follow. \param sigma of the noise
+/// of each component
+Eigen::Vector3d followed(const Eigen::Vector3d& change, double sigma, double dt) {
+  const double squared = change.squaredNorm(), noise = 3 * kFarBeyond * kFarBeyond * sigma * sigma;
+  if (!(squared > 0)) return Eigen::Vector3d::Zero();
+  const double ratio = noise / squared;
+  return std::max(std::min(1., dt / kSteady_s), 1 / (1 + ratio * ratio)) * change;
+}
+
+/// How much slip changes the speed from one image to the next [m/s].
+double slipped(const GaussMarkov& slip, const Vector6d& twist, double dt) {
+  const double kept = slip.kept(dt);
+  return slip.sigma * std::sqrt(1 - kept * kept) * twist.head<3>().norm();
+}
 
 /// Latency and mount drift by this share of their prior in the root of a second: a lever between
 /// the wheels and the camera, on which slip and scale act otherwise than on the wheels, is not
@@ -36,7 +56,7 @@ Eigen::Matrix3d rotation(const Eigen::Vector3d& angle) {
 struct SharedErrorFilter::Step {
   Motion motion;
   Twist twist;                                          // mean, corrected
-  Vector6d acceleration = Vector6d::Zero();             // of the twist
+  Vector6d change = Vector6d::Zero();                   // of the told twist, less noise
   Eigen::Matrix3d mount = Eigen::Matrix3d::Identity();  // R(m)'
   double missing_s = 0;  // share of t_d for which there is no odometry
 };
@@ -52,6 +72,7 @@ Coverage SharedErrorFilter::advance(const MotionBuffer& odometry, double time_s)
   if (hasMotion(coverage)) {
     predict(stepTo(odometry, time_s));
   } else {  // empty, beforeStart: how the camera moved will never be known
+    steady_.setConstant(std::numeric_limits<double>::quiet_NaN());
     for (std::size_t i = 0; i < size_; ++i) {
       Slot& slot = slots_[i];
       unseat(slot);
@@ -63,22 +84,14 @@ Coverage SharedErrorFilter::advance(const MotionBuffer& odometry, double time_s)
   return coverage;
 }
 
-SharedErrorFilter::Step SharedErrorFilter::stepTo(const MotionBuffer& odometry,
-                                                  double time_s) const {
+SharedErrorFilter::Step SharedErrorFilter::stepTo(const MotionBuffer& odometry, double time_s) {
   Step step;
   const auto exposures = detail::motionOfExposures(odometry, time_s_, time_s, value(latency_));
   step.motion = exposures.motion;
   step.missing_s = exposures.missing_s;
   Motion& motion = step.motion;
   if (!(motion.dt > 0)) return step;
-  if (latency_ != kNone) {
-    const double stretch = std::max(kStretch_s, motion.dt), end_s = time_s - exposures.offset_s;
-    const auto late = odometry.meanTwist(end_s - stretch, end_s);
-    const auto early = odometry.meanTwist(end_s - 2 * stretch, end_s - stretch);
-    if (early.coverage == Coverage::complete && late.coverage == Coverage::complete) {
-      step.acceleration = (late.twist.vector() - early.twist.vector()) / stretch;
-    }
-  }
+  if (latency_ != kNone) step.change = changeOver(odometry, motion, time_s_ - exposures.offset_s);
   if (bias_ != kNone) detail::takeOutBias(motion, values_.segment<3>(bias_));
   motion.t *= 1 + value(slip_) + value(scale_);
   if (mount_ != kNone) {
@@ -91,6 +104,29 @@ SharedErrorFilter::Step SharedErrorFilter::stepTo(const MotionBuffer& odometry,
   return step;
 }
 
+/// Of the told twist from the last exposure to this one. \param motion between them, as told
+/// \param begin_s time of the last one
+Vector6d SharedErrorFilter::changeOver(const MotionBuffer& odometry, const Motion& motion,
+                                       double begin_s) {
+  const Vector6d now = motion.twist().vector();
+  if (!steady_.allFinite()) {
+    const auto before = odometry.meanTwist(begin_s - kInstant_s, begin_s);
+    steady_ = before.coverage == Coverage::complete ? before.twist.vector() : now;
+  }
+  const ErrorProfile& e = options_.errors;
+  const OdometryNoise::Step noise = e.odometry.over(motion);
+  const double dt = motion.dt;
+  const auto sigma = [dt](double variance, const NoiseLevel& ofPoses) {
+    return std::sqrt(variance + 2 * ofPoses.sigma() * ofPoses.sigma()) / dt;
+  };
+  const double sigma_v = std::hypot(sigma(noise.variance_t, position_), slipped(e.slip, now, dt));
+  const Vector6d change = now - steady_;
+  Vector6d part;
+  part << followed(change.head<3>(), sigma_v, dt),
+      followed(change.tail<3>(), sigma(noise.variance_theta, angle_), dt);
+  return part;
+}
+
 /// d(x, y, chi) after the step by the shared states before it.
 SharedErrorFilter::ByShared SharedErrorFilter::bySharedErrors(const Step& step,
                                                               const FilterPoint& before,
@@ -99,7 +135,7 @@ SharedErrorFilter::ByShared SharedErrorFilter::bySharedErrors(const Step& step,
   ByShared C = ByShared::Zero(3, shared_);
   const Eigen::Matrix<double, 3, 6> L = rateByTwist(after);
   const double dt = step.motion.dt;
-  if (latency_ != kNone) C.col(latency_) = -dt * (L * step.acceleration);
+  if (latency_ != kNone) C.col(latency_) = -(L * step.change);
   if (bias_ != kNone) C.middleCols<3>(bias_) = -dt * L.rightCols<3>() * step.mount;
   if (mount_ != kNone) C.middleCols<3>(mount_) = dt * detail::byMount(L, step.twist);
   const Eigen::Vector3d byScale = detail::byScale({before.x, before.y, before.chi}, F, after);
@@ -110,11 +146,12 @@ SharedErrorFilter::ByShared SharedErrorFilter::bySharedErrors(const Step& step,
 
 void SharedErrorFilter::predict(const Step& step) {
   const Motion& motion = step.motion;
-  if (!motion.isFinite() || !(motion.dt > 0) || !step.acceleration.allFinite()) return;
+  if (!motion.isFinite() || !(motion.dt > 0) || !step.change.allFinite()) return;
   const ErrorProfile& e = options_.errors;
   noise_ = e.odometry.over(motion);
   dt_ = motion.dt;
   twist_ = step.twist;
+  steady_ += step.change;
   if (motion.unknown.exists()) {  // each point on its own then
     for (std::size_t i = 0; i < size_; ++i) unseat(slots_[i]);
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <mutex>
 #include <set>
 
 #include "depthservo/text/InputError.h"
@@ -32,6 +33,7 @@ SweepOptions readOptions(const std::string& text, const std::string& file) {
 }
 
 bool setsSeed(const std::string& setting) { return setting.rfind("seed=", 0) == 0; }
+std::string seedSetting(unsigned seed) { return fmt::format("seed={}", seed); }
 
 }  // namespace
 
@@ -54,6 +56,7 @@ struct Sweep::Parts {
   Row rowOf(const std::vector<std::size_t>& places, std::size_t repetition) const;
   unsigned seedOf(const std::vector<std::size_t>& places, std::size_t repetition) const;
   Scenario scenario(const Row& row, const std::vector<std::string>& overrides) const;
+  Scenario scenarioOf(std::vector<std::string> settings, std::optional<unsigned> seed) const;
 
   Source source;
   SweepOptions options;
@@ -62,6 +65,14 @@ struct Sweep::Parts {
   std::vector<std::string> columns;
   std::size_t combinations = 1;
   std::string identity;
+
+  /// The last scenario that was read: neighbours often differ in seed and start only.
+  struct Read {
+    std::vector<std::string> settings;
+    Scenario scenario;
+  };
+  mutable std::mutex readMutex;
+  mutable std::shared_ptr<const Read> lastRead;
 };
 
 Sweep Sweep::load(const std::string& file,
@@ -227,7 +238,7 @@ Sweep::Row Sweep::Parts::rowOf(const std::vector<std::size_t>& places,
   if (options.repeat > 1) row.cells.push_back(std::to_string(repetition));
   auto last = std::find_if(row.settings.rbegin(), row.settings.rend(), setsSeed);
   if (last == row.settings.rend()) {
-    row.settings.push_back(fmt::format("seed={}", seedOf(places, repetition)));
+    row.settings.push_back(seedSetting(seedOf(places, repetition)));
     last = row.settings.rbegin();
   }
   const auto seed = detail::toInteger(last->substr(last->find('=') + 1));
@@ -253,23 +264,49 @@ unsigned Sweep::Parts::seedOf(const std::vector<std::size_t>& places,
 Scenario Sweep::Parts::scenario(const Row& row, const std::vector<std::string>& overrides) const {
   std::vector<std::string> settings = row.settings;
   const std::optional<SweepStart> start = takeStart(settings, source.file);
+  std::optional<unsigned> seed;
+  const bool isSeedOverridden = std::any_of(overrides.begin(), overrides.end(), setsSeed);
+  if (!isSeedOverridden && !settings.empty() && settings.back() == seedSetting(row.seed)) {
+    seed = row.seed;
+    settings.pop_back();
+  }
   settings.insert(settings.end(), overrides.begin(), overrides.end());
-  Scenario scenario = base.with(settings);
+  Scenario scenario = scenarioOf(std::move(settings), seed);
   if (start) scenario.robot.initial = poseAt(scenario, *start);
+  return scenario;
+}
+
+/// \param seed none: as the settings have it
+Scenario Sweep::Parts::scenarioOf(std::vector<std::string> settings,
+                                  std::optional<unsigned> seed) const {
+  std::shared_ptr<const Read> last;
+  {
+    const std::lock_guard lock(readMutex);
+    last = lastRead;
+  }
+  if (!last || last->settings != settings) {
+    Scenario read = base.with(settings);
+    last = std::make_shared<const Read>(Read{std::move(settings), std::move(read)});
+    const std::lock_guard lock(readMutex);
+    lastRead = last;
+  }
+  Scenario scenario = last->scenario;
+  if (seed) scenario.seed = *seed;
   return scenario;
 }
 
 void Sweep::Parts::identify() {
   const std::vector<std::size_t> first(axes.size(), 0);
-  identity = fmt::format("depthservo {}\nscenario {}\nset {}\nrepeat {} seed {} by {}\nmetrics {}\n",
-                         DEPTHSERVO_VERSION, scenario(rowOf(first, 0), {}).toJson(),
-                         fmt::join(options.set, " "), options.repeat, options.seed, fmt::join(options.seededBy, ","),
-                         fmt::join(options.metrics, ","));
+  identity =
+      fmt::format("depthservo {}\nscenario {}\nset {}\nrepeat {} seed {} by {}\nmetrics {}\n",
+                  DEPTHSERVO_VERSION, scenario(rowOf(first, 0), {}).toJson(),
+                  fmt::join(options.set, " "), options.repeat, options.seed,
+                  fmt::join(options.seededBy, ","), fmt::join(options.metrics, ","));
   for (const SweptAxis& axis : axes) {
     identity += fmt::format("axis {}\n", fmt::join(axis.columns, ","));
     for (const SweptValue& value : axis.values) {
-      identity += fmt::format("  {}: {}\n", fmt::join(value.cells, ","),
-                              fmt::join(value.settings, " "));
+      identity +=
+          fmt::format("  {}: {}\n", fmt::join(value.cells, ","), fmt::join(value.settings, " "));
     }
   }
 }

@@ -29,10 +29,11 @@ constexpr std::chrono::milliseconds kStoreEvery{100};
 /// Ends a run that nobody waits for any longer, and measures it as it goes.
 class Meter : public RunWatcher {
  public:
-  explicit Meter(const std::function<bool()>& isStopped) : isStopped_(isStopped) {}
+  Meter(const std::function<bool()>& isStopped, bool needsPoints)
+      : isStopped_(isStopped), needsPoints_(needsPoints) {}
 
   bool onFrame(const RunFrame& frame) override {
-    if (!meter_) meter_.emplace(frame.log.camera, kFromLog);
+    if (!meter_) begin(frame.log.camera);
     meter_->add(frame.record);
     wasStopped_ = wasStopped_ || isStopped_();
     return !wasStopped_;
@@ -47,8 +48,14 @@ class Meter : public RunWatcher {
   }
 
  private:
-  inline static const std::vector<Eigen::Vector2d> kFromLog{};  // it keeps no frames of its own
+  void begin(const PinholeCamera& camera) {
+    meter_.emplace(camera, std::vector<Eigen::Vector2d>{});  // it keeps no frames of its own
+    meter_->omitExcitation();
+    if (!needsPoints_) meter_->omitPoints();
+  }
+
   const std::function<bool()>& isStopped_;
+  bool needsPoints_;
   std::optional<MetricsMeter> meter_;
   bool wasStopped_ = false;
 };
@@ -59,6 +66,14 @@ std::vector<double> metricsOf(const Sweep& sweep, const Metrics& metrics) {
     values.push_back((*sweepMetric(name))(metrics));
   }
   return values;
+}
+
+bool needsPoints(const Sweep& sweep) {
+  const auto& metrics = sweep.options().metrics;
+  return std::any_of(metrics.begin(), metrics.end(), [](const std::string& metric) {
+    return metric != "duration_s" && metric != "frames" && metric != "min_frame_rate" &&
+           metric != "final_error_px";
+  });
 }
 
 /// Sigma is judged with the diagnosis, which takes a third of the time.
@@ -129,7 +144,7 @@ void runAll(const Sweep& sweep, const std::vector<std::size_t>& rows, int jobs,
 SweepResult runRow(const Sweep& sweep, std::size_t row, const std::function<bool()>& isStopped) {
   SweepResult result;
   result.row = row;
-  Meter meter(isStopped);
+  Meter meter(isStopped, needsPoints(sweep));
   try {
     const Scenario scenario = sweep.scenario(sweep.row(row));
     const RunLog log = run(scenario, &meter, keepFor(sweep));

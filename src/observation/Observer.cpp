@@ -102,6 +102,7 @@ struct Observer::Parts {
   std::vector<PointObservation> observations;
   Coverage coverage = Coverage::complete;
   bool isTruthOfMotion = false;
+  bool isRecorded = true;  // what nobody asks for who wants the outcome alone
   double lastTime_s = kUnknown;
   std::vector<Event> events;
 };
@@ -111,7 +112,10 @@ Observer::Observer(const ObservedSource& source, const ObservationOptions& optio
 
 Observer::~Observer() = default;
 
-void Observer::omitDiagnosis() { parts_->diagnosis.reset(); }
+void Observer::omitDiagnosis() {
+  parts_->diagnosis.reset();
+  parts_->isRecorded = false;
+}
 MotionBuffer& Observer::odometry() { return parts_->odometry; }
 const PointSetEstimator& Observer::estimator() const { return *parts_->estimator; }
 const std::vector<PointObservation>& Observer::measured() const { return parts_->observations; }
@@ -123,7 +127,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   const double time_s = exposure.time_s;
   Stopwatch stopwatch;
   std::vector<TrackedPoint> points = p.track(exposure);
-  p.trackingTimes.add(stopwatch.lap());
+  if (p.isRecorded) p.trackingTimes.add(stopwatch.lap());
   if (p.setup.findsPoints()) p.renewPoints(points);
   p.pose = p.followTarget(time_s, points);
   if (p.pose && !exposure.depth && exposure.truth.empty()) p.isTruthOfMotion = true;
@@ -134,10 +138,11 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   if (!isUsed) points.clear();
   p.observe(points);
   if (isUsed) p.correct(exposure);
-  const auto [motion, known] = p.odometry.motion(p.lastTime_s, time_s);
-  if (isUsed && p.learner) p.learnNoise(motion);
+  MotionBuffer::Interval since;
+  if (p.isRecorded || p.learner) since = p.odometry.motion(p.lastTime_s, time_s);
+  if (isUsed && p.learner) p.learnNoise(since.motion);
   if (p.setup.findsPoints()) p.giveUpMovingPoints();
-  p.estimationTimes.add(stopwatch.lap());
+  if (p.isRecorded) p.estimationTimes.add(stopwatch.lap());
   if (isUsed) p.update(time_s, points);
 
   FrameRecord frame;
@@ -150,7 +155,7 @@ FrameRecord Observer::observe(const Exposure& exposure) {
     frame.features.push_back(p.record(id, estimate, exposure, points));
     p.noteHidden(time_s, frame.features.back());
   }
-  if (known == Coverage::complete) frame.twist = motion.twist();
+  if (p.isRecorded && since.coverage == Coverage::complete) frame.twist = since.motion.twist();
   p.lastTime_s = time_s;
   return frame;
 }

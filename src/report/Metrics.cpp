@@ -41,6 +41,12 @@ void MetricsMeter::add(const FrameRecord& frame) {
   } else {
     metrics_.min_frame_rate = std::fmin(metrics_.min_frame_rate, 1 / (frame.time_s - last_s_));
   }
+  if (arePointsAsked_) addPoints(frame);
+  keepForImageError(frame);
+  last_s_ = frame.time_s;
+}
+
+void MetricsMeter::addPoints(const FrameRecord& frame) {
   for (const FeatureRecord& feature : frame.features) {
     seeBorder(feature);
     judge(feature);
@@ -49,13 +55,11 @@ void MetricsMeter::add(const FrameRecord& frame) {
   for (auto story = stories_.begin(); story != stories_.end();) {
     story = story->second.frame == metrics_.frames ? std::next(story) : stories_.erase(story);
   }
-  unexcited_.add(frame);
+  if (isExcitationAsked_) unexcited_.add(frame);
   for (const UnexcitedPeriod& period : unexcited_.takeEnded()) {
     const auto story = stories_.find(period.point);
     if (story != stories_.end()) story->second.point.unexcited_because = period.because;
   }
-  keepForImageError(frame);
-  last_s_ = frame.time_s;
 }
 
 /// Dots whose place is known: the true one, or else the measured one.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "depthservo/rig/SimulatedRigOptions.h"
@@ -25,19 +26,24 @@ enum class ErrorSource : unsigned {
 /// switching one on does not change what the others draw.
 class NoiseStream {
  public:
-  NoiseStream(unsigned seed, ErrorSource source) {
-    std::seed_seq mixed{seed, static_cast<unsigned>(source)};
-    random_.seed(mixed);
-  }
+  NoiseStream(unsigned seed, ErrorSource source) : seed_(seed), source_(source) {}
 
-  double next() { return gaussian_(random_); }
+  double next() {
+    if (!random_) {  // most sources of most robots are silent, and a seed takes long
+      std::seed_seq mixed{seed_, static_cast<unsigned>(source_)};
+      random_.emplace(mixed);
+    }
+    return gaussian_(*random_);
+  }
   Eigen::Vector3d next3() {
     const double x = next(), y = next();
     return {x, y, next()};
   }
 
  private:
-  std::mt19937_64 random_;
+  unsigned seed_;
+  ErrorSource source_;
+  std::optional<std::mt19937_64> random_;
   std::normal_distribution<double> gaussian_;
 };
 

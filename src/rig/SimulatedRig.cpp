@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 #include "depthservo/sequence/SequenceWriter.h"
 #include "rig/CameraClock.h"
@@ -57,7 +57,7 @@ struct SimulatedRig::Parts {
   CameraClock clock;
   World world;
   ObservedSource source;
-  std::deque<Exposure> underway;  // taken, not yet arrived
+  std::vector<Exposure> underway;  // taken, not yet arrived; few
   std::size_t rowsRead = 0;
   NoiseStream stampJitter;
 
@@ -89,7 +89,7 @@ std::optional<Exposure> SimulatedRig::next(Listener* listener) {
     if (arrival_s <= coming_s) {
       p.drive(fileTime(arrival_s), listener);
       std::optional<Exposure> exposure(std::move(p.underway.front()));
-      p.underway.pop_front();
+      p.underway.erase(p.underway.begin());
       return exposure;
     }
     p.drive(coming_s, listener);

@@ -11,17 +11,13 @@
 namespace depthservo {
 
 UnicycleCamera::UnicycleCamera(const Eigen::Vector3d& offset, double yaw)
-    : offset_(offset), yaw_(yaw) {}
+    : offset_(offset), yaw_(yaw), cVe_(toVisp(wMcAt({}).inverse())) {}
 
 vpMatrix UnicycleCamera::eJe() const {
   vpMatrix J(6, 2, 0.);
   J[0][0] = 1;
   J[5][1] = 1;
   return J;
-}
-
-vpVelocityTwistMatrix UnicycleCamera::cVe() const {
-  return vpVelocityTwistMatrix(toVisp(wMcAt({}).inverse()));
 }
 
 Eigen::Isometry3d UnicycleCamera::wMcAt(const Pose& pose) const {

@@ -21,6 +21,7 @@ constexpr double kDivergence_px = 60;  // at least this much more
 constexpr std::size_t kNeeded = 3;  // points determine the pose of a camera; fewer in the image for
 constexpr double kAway_s = 2;       // this long: it has left the image
 constexpr double kTimeSlack_s = 1e-6;
+constexpr double kRounding_px = 1e-6;  // of errors that are summed as they come
 
 }  // namespace
 
@@ -100,7 +101,8 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const RunLog& lo
   }
 
   const auto error = [&] { return meanImageError(log, frame.time_s - kHold_s, frame.time_s); };
-  const double error_px = tracking_.lasts(kHold_s, now_s) ? error() : kUnknown;
+  const bool isFar = running_.follow(log) > tolerance_px_ + kRounding_px;
+  const double error_px = !isFar && tracking_.lasts(kHold_s, now_s) ? error() : kUnknown;
   if (error_px < tolerance_px_ && isSeen(log)) {
     return Verdict{Outcome::converged,
                    fmt::format("image error {:.2f} px rms over the last {:g} s, "
@@ -113,6 +115,45 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const RunLog& lo
                                kStall_s, error())};
   }
   return std::nullopt;
+}
+
+double OutcomeJudge::RunningError::follow(const RunLog& log) {
+  const auto& frames = log.frames;
+  const bool goesOn = frames_ > 0 && frames_ < frames.size() && sums_.size() == log.goals.size() &&
+                      frames[frames.size() - 2].time_s == last_s_;
+  if (!goesOn) {
+    frames_ = 0;
+    sums_.assign(log.goals.size(), Eigen::Vector2d::Zero());
+    counts_.assign(log.goals.size(), 0);
+  }
+  last_s_ = frames.back().time_s;
+  const double begin_s = last_s_ - kHold_s - kTimeSlack_s;
+  const auto isIn = [&](std::size_t back) {
+    return frames[frames.size() - back].time_s >= begin_s;
+  };
+  do {
+    ++frames_;
+    add(frames[frames.size() - (goesOn ? 1 : frames_)], log, 1);
+  } while (!goesOn && frames_ < frames.size() && isIn(frames_ + 1));
+  for (; frames_ > 1 && !isIn(frames_); --frames_) add(frames[frames.size() - frames_], log, -1);
+  double squared = 0;
+  int features = 0;
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    if (counts_[i] == 0) continue;
+    squared += (sums_[i] / counts_[i]).squaredNorm();
+    ++features;
+  }
+  if (std::isnan(squared)) frames_ = 0;  // a value that was none would stay
+  return features > 0 ? std::sqrt(squared / features) : kUnknown;
+}
+
+void OutcomeJudge::RunningError::add(const FrameRecord& frame, const RunLog& log, int sign) {
+  for (const FeatureRecord& feature : frame.features) {
+    const auto i = static_cast<std::size_t>(feature.id);
+    if (feature.id < 0 || i >= sums_.size()) continue;
+    sums_[i] += sign * (Eigen::Vector2d(feature.u, feature.v) - log.goals[i]);
+    counts_[i] += sign;
+  }
 }
 
 bool OutcomeJudge::isSeen(const RunLog& log) const {

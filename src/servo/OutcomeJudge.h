@@ -49,6 +49,22 @@ class OutcomeJudge {
    private:
     double begin_s_ = kUnknown;
   };
+  /// The image error over the last kHold_s as a sum that goes along, so that only those near the
+  /// tolerance need be computed from all frames.
+  class RunningError {
+   public:
+    /// \return it [px], to rounding; unknown: there is none
+    double follow(const RunLog& log);
+
+   private:
+    void add(const FrameRecord& frame, const RunLog& log, int sign);
+
+    std::vector<Eigen::Vector2d> sums_;  // by feature
+    std::vector<int> counts_;
+    std::size_t frames_ = 0;  // the last ones of the log
+    double last_s_ = kUnknown;
+  };
+
   bool hasProgress(const RunLog& log) const;  // over the last kStall_s
   bool isSeen(const RunLog& log) const;       // enough points, over the last kHold_s
   Verdict leftImage(const char* what) const;
@@ -60,6 +76,7 @@ class OutcomeJudge {
   double firstError_px_ = kUnknown;
   std::optional<std::size_t> outside_;  // a dot that is not in the image now,
   TruePoint outsideAt_{};               // where it left it
+  RunningError running_;
   Since tracking_, unhindered_, lost_, waiting_, away_;
 };
 

@@ -127,8 +127,8 @@ void ServoLoop::Parts::letGoOfTheOld(double now_s) {
   const auto isOld = [&](const FrameRecord& frame) {
     return now_s - frame.time_s > OutcomeJudge::kLooksBack_s;
   };
+  if (log.frames.empty() || !isOld(log.frames[(log.frames.size() - 1) / 2])) return;
   const auto young = std::find_if_not(log.frames.begin(), log.frames.end(), isOld);
-  if (2 * (young - log.frames.begin()) < static_cast<std::ptrdiff_t>(log.frames.size())) return;
   log.frames.erase(log.frames.begin(), young);
 }
 
@@ -146,7 +146,7 @@ Eigen::VectorXd ServoLoop::Parts::control(FrameRecord& frame) {
   }
   if (!log.goals.empty()) frame.error_px = imageError();
   lastCommand = commandOf(frame);
-  controlTimes.add(watch.lap());
+  if (keep != Keep::theOutcome) controlTimes.add(watch.lap());
   return lastCommand * governor.speed();
 }
 

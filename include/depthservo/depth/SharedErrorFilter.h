@@ -135,7 +135,8 @@ class SharedErrorFilter : public PointSetEstimator {
   double kappa() const { return focal_ == kNone ? 1 : 1 + values_(focal_); }
   double value(int index) const { return index == kNone ? 0 : values_(index); }
 
-  Step stepTo(const MotionBuffer& odometry, double time_s) const;
+  Step stepTo(const MotionBuffer& odometry, double time_s);
+  Vector6d changeOver(const MotionBuffer& odometry, const Motion& motion, double begin_s);
   void predict(const Step& step);
   ByShared bySharedErrors(const Step& step, const detail::FilterPoint& before,
                           const PointState& after, const Eigen::Matrix3d& F) const;
@@ -203,6 +204,7 @@ class SharedErrorFilter : public PointSetEstimator {
   int nisValues_ = 0, rejected_ = 0;
   double cost_ = 0;
   Twist twist_;                // at the last exposure, corrected
+  Vector6d steady_;            // told twist there, averaged; NaN: not known
   OdometryNoise::Step noise_;  // of the last motion
   double dt_ = 0;              // of the last motion [s]
 };

@@ -32,7 +32,8 @@ class Observer {
   Observer& operator=(const Observer&) = delete;
 
   /// Images and odometry are not judged: for who asks for the outcome of many runs. Estimates are
-  /// the same; sigma in the records is that of the estimator. Before the first image.
+  /// the same; sigma in the records is that of the estimator, the camera's twist and times of
+  /// the clock are left out. Before the first image.
   void omitDiagnosis();
 
   /// The odometry so far; rows are added by whoever has them, in time for their image.

@@ -59,6 +59,14 @@ class MetricsMeter {
  public:
   MetricsMeter(const PinholeCamera& camera, std::vector<Eigen::Vector2d> goals);
 
+  /// Nobody asks why a depth could not be seen: `unexcited_because` stays empty. Before the first
+  /// frame.
+  void omitExcitation() { isExcitationAsked_ = false; }
+
+  /// Only frames and their times are looked at: whatever is of points stays unknown. Before the
+  /// first frame.
+  void omitPoints() { arePointsAsked_ = false; }
+
   void add(const FrameRecord& frame);
 
   /// \param log what is known of the run as a whole; its frames are not looked at
@@ -70,6 +78,7 @@ class MetricsMeter {
     double lastMeasured_s = 0;
     std::size_t frame = 0;  // that knew it last
   };
+  void addPoints(const FrameRecord& frame);
   void addPoint(const FeatureRecord& feature, double time_s);
   void judge(const FeatureRecord& feature);
   void seeBorder(const FeatureRecord& feature);
@@ -82,6 +91,7 @@ class MetricsMeter {
   std::map<int, Story> stories_;
   double first_s_ = kUnknown, last_s_ = kUnknown;
   std::size_t judged_ = 0, covered_ = 0;
+  bool isExcitationAsked_ = true, arePointsAsked_ = true;
 };
 
 Metrics computeMetrics(const RunLog& log);

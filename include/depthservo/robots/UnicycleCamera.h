@@ -52,7 +52,7 @@ class UnicycleCamera : public SimulatedRobot {
   Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
   Eigen::Isometry3d wMc() const override { return wMcAt(pose_); }
   DEPTHSERVO_VISP vpMatrix eJe() const override;
-  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override;
+  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override { return cVe_; }
 
   /// Pose of the camera when the robot is at `pose`.
   Eigen::Isometry3d wMcAt(const Pose& pose) const;
@@ -69,6 +69,7 @@ class UnicycleCamera : public SimulatedRobot {
   Eigen::Vector2d actuators_ = Eigen::Vector2d::Zero();  // what they do
   Eigen::Vector2d disturbance_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d velocity_ = Eigen::Vector2d::Zero();
+  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe_;
 };
 
 }  // namespace depthservo
