@@ -25,11 +25,13 @@ void addSweep(CLI::App& app, int& exitCode);
 void addMerge(CLI::App& app, int& exitCode);
 void addKeys(CLI::App& app, int& exitCode);
 void addInfo(CLI::App& app, int& exitCode);
+void addNew(CLI::App& app, int& exitCode);
+void addDescribe(CLI::App& app, int& exitCode);
 
 /// In the order of --help.
 constexpr void (*kSubcommands[])(CLI::App&, int&) = {
-    addRun,   addReplay, addRecord, addReport, addCompare, addReproduce, addGains, addLive,
+    addRun,   addNew,    addReplay, addRecord, addReport, addCompare, addReproduce, addGains, addLive,
     addTeach, addServo,  addRobot,  addTarget, addNoise,   addCalibrate, addInfo,  addSweep,
-    addMerge, addKeys};
+    addMerge, addKeys,   addDescribe};
 
 }  // namespace depthservo

@@ -1,4 +1,6 @@
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 #include <visp3/core/vpConfig.h>
 
 #include <Eigen/Core>
@@ -20,6 +22,7 @@ constexpr const char* kExamples = R"(Image-based visual servoing with observed d
 Examples:
   depthservo run data/scenarios/unicycle-4dots.yaml --out my-run    servo, then open my-run/report.html
   depthservo run unicycle-4dots --set depth.initial=8 --json        a shipped one, another guess, JSON
+  depthservo new my-scenario.yaml                                   a commented one to begin with
   depthservo keys depth                                             what can be set, with unit and range
   depthservo record SCENARIO my-sequence                            keep images, odometry and truth
   depthservo replay my-sequence --prior 3 --out my-replay           observe depth on recorded data
@@ -50,6 +53,29 @@ std::string versions() {
                      EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION);
 }
 
+/// Words on stderr go nowhere between `begin` and `end`.
+class Quiet {
+ public:
+  ~Quiet() { end(); }
+  void begin() {
+    std::fflush(stderr);
+    kept_ = dup(STDERR_FILENO);
+    const int nowhere = open("/dev/null", O_WRONLY);
+    dup2(nowhere, STDERR_FILENO);
+    close(nowhere);
+  }
+  void end() {
+    if (kept_ < 0) return;
+    std::fflush(stderr);
+    dup2(kept_, STDERR_FILENO);
+    close(kept_);
+    kept_ = -1;
+  }
+
+ private:
+  int kept_ = -1;
+};
+
 int run(int argc, char** argv) {
   CLI::App app{kExamples, "depthservo"};
   app.set_version_flag("--version", versions());
@@ -57,22 +83,30 @@ int run(int argc, char** argv) {
   app.get_formatter()->column_width(44);
   int exitCode = kMet;
   for (const auto add : kSubcommands) add(app, exitCode);
+  Quiet quiet;
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    command->add_flag_callback(
+        "--quiet", [&quiet] { quiet.begin(); }, "No words on stderr but why it failed");
+  }
   try {
     app.parse(argc, argv);
+    return exitCode;
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
+    quiet.end();
     fmt::print(stderr, "depthservo: {}\n", refusal(app, error, {argv + 1, argv + argc}));
     return kBadInput;
   } catch (const Interrupted& interrupted) {
+    quiet.end();
     fmt::print(stderr, "interrupted; nothing was written\n");
     std::signal(interrupted.signal, SIG_DFL);
     std::raise(interrupted.signal);
     return kBadInput;
   } catch (...) {
+    quiet.end();
     return tellFailure(std::current_exception());
   }
-  return exitCode;
 }
 
 }  // namespace

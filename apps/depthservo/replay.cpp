@@ -16,6 +16,7 @@
 #include "findings.h"
 #include "numbers.h"
 #include "observation.h"
+#include "scenarioFile.h"
 
 namespace depthservo {
 namespace {
@@ -169,7 +170,7 @@ int replaySequence(const ReplayArguments& arguments) {
   if (arguments.observe != "depth" && arguments.observe != "focal") {
     refuseWord("--observe", arguments.observe, {"depth", "focal"});
   }
-  const Sequence sequence(arguments.sequence, arguments.data.source);
+  const Sequence sequence(pathOrShipped(arguments.sequence), arguments.data.source);
   const ObservationOptions options = optionsOf(arguments.data, sequence);
   if (!arguments.baseline.empty() && !arguments.update) Baseline::load(arguments.baseline);
   if (!arguments.out.empty()) requireNewRunFolder(arguments.out);

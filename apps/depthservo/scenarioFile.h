@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace depthservo {
 
@@ -13,5 +14,11 @@ std::string scenarioFile(const std::string& name);
 
 /// The same of another folder of shipped files: "sweeps". \throw InputError
 std::string shippedFile(const std::string& name, const std::string& folder);
+
+/// Names of what is shipped in this folder, ascending.
+std::vector<std::string> shippedNames(const std::string& folder);
+
+/// A path as given or, where there is nothing, what is shipped under it: "data/sequences/mire-2".
+std::string pathOrShipped(const std::string& path);
 
 }  // namespace depthservo

@@ -121,8 +121,9 @@ Estimates::Estimates(const std::vector<py::ssize_t>& shape)
       status(shape) {}
 
 Estimates::Rows Estimates::rows() {
-  return {xy.mutable_data(),     z.mutable_data(),          sigma_z.mutable_data(), z_low.mutable_data(),
-          z_high.mutable_data(), excitation.mutable_data(), status.mutable_data()};
+  return {xy.mutable_data(),    z.mutable_data(),      sigma_z.mutable_data(),
+          z_low.mutable_data(), z_high.mutable_data(), excitation.mutable_data(),
+          status.mutable_data()};
 }
 
 void Estimates::Rows::set(std::size_t i, const DepthEstimate& estimate) const {

@@ -57,7 +57,8 @@ class DepthFilter {
     double last_s = engine_->time();
     for (py::ssize_t k = 0; k < times_s.shape(0); ++k) {
       if (!std::isfinite(times_s.at(k)) || times_s.at(k) <= last_s) {
-        throw py::value_error("t: image " + std::to_string(k) + " is not later than the one before");
+        throw py::value_error("t: image " + std::to_string(k) +
+                              " is not later than the one before");
       }
       last_s = times_s.at(k);
     }
@@ -106,7 +107,8 @@ class DepthFilter {
     const auto states = engine_->estimator() ? jointStatesOf(*engine_->estimator()) : std::nullopt;
     if (!states) return result;
     const auto add = [&](const char* name, const JointDepthFilter::Common& state) {
-      if (state.isEstimated) result[name] = py::make_tuple(state.value, state.sigma, state.isObserved);
+      if (state.isEstimated)
+        result[name] = py::make_tuple(state.value, state.sigma, state.isObserved);
     };
     add("time_offset", states->timeOffset);
     add("gyro_bias_x", states->gyroBias[0]);
@@ -128,13 +130,15 @@ class DepthFilter {
   }
 
   void requirePoint(std::size_t i) const {
-    if (i >= size_) throw py::index_error("point " + std::to_string(i) + " of " + std::to_string(size_));
+    if (i >= size_)
+      throw py::index_error("point " + std::to_string(i) + " of " + std::to_string(size_));
   }
 
   void requireLater(double time_s) const {
     finite(time_s, "t");
     if (time_s <= engine_->time()) {
-      throw py::value_error("t: " + std::to_string(time_s) + " s is not later than the last image's " +
+      throw py::value_error("t: " + std::to_string(time_s) +
+                            " s is not later than the last image's " +
                             std::to_string(engine_->time()) + " s");
     }
   }
@@ -178,7 +182,8 @@ class DepthFilter {
                     : name == "focal"     ? &joint.focal
                                           : nullptr;
       if (!state) {
-        throw py::value_error("joint: expected 'time_offset', 'gyro_bias', 'focal', got '" + name + "'");
+        throw py::value_error("joint: expected 'time_offset', 'gyro_bias', 'focal', got '" + name +
+                              "'");
       }
       *state = true;
     }
@@ -210,56 +215,79 @@ void bindEstimates(py::module_& module) {
 
 void bindDepthFilter(py::module_& module) {
   bindEstimates(module);
-  py::class_<DepthFilter>(module, "DepthFilter", "Depths of n points from their images and the camera's motion.")
-      .def(py::init([](std::size_t n, std::string estimator, py::object errors, const OdometryNoise& odometry,
-                       double pixelNoise, double focal, double prior, std::optional<double> priorSigma,
-                       double z_min, double z_max, double scale, double focalSigma,
-                       std::vector<std::string> joint) {
+  py::class_<DepthFilter>(module, "DepthFilter",
+                          "Depths of n points from their images and the camera's motion.")
+      .def(py::init([](std::size_t n, std::string estimator, py::object errors,
+                       const OdometryNoise& odometry, double pixelNoise, double focal, double prior,
+                       std::optional<double> priorSigma, double z_min, double z_max, double scale,
+                       double focalSigma, std::vector<std::string> joint) {
              return std::make_unique<DepthFilter>(
-                 n, DepthFilter::Options{std::move(estimator), std::move(errors), odometry, pixelNoise, focal,
-                                         prior, z_min, z_max, scale, focalSigma, priorSigma, std::move(joint)});
+                 n, DepthFilter::Options{std::move(estimator), std::move(errors), odometry,
+                                         pixelNoise, focal, prior, z_min, z_max, scale, focalSigma,
+                                         priorSigma, std::move(joint)});
            }),
-           py::arg("n"), py::kw_only(), py::arg("estimator") = "filter", py::arg("errors") = py::none(),
-           py::arg("odometry_noise") = OdometryNoise{}, py::arg("pixel_noise") = 0.5,
-           py::arg("focal") = 600., py::arg("prior") = 1., py::arg("prior_sigma") = py::none(),
-           py::arg("z_min") = 0.05, py::arg("z_max") = 100., py::arg("odometry_scale_sigma") = 0.,
-           py::arg("focal_sigma") = 0., py::arg("joint") = std::vector<std::string>{"time_offset"},
-           "n: number of points. estimator: filter | joint | nonlinear | window | two-frame | constant.\n"
-           "errors: lasting errors of the robot: None (white noise alone), 'typical', 'arm', 'poses' or an\n"
-           "ErrorProfile. pixel_noise: 1 sigma per axis [px]; focal: focal length [px], which turns it into\n"
-           "normalised coordinates. prior, prior_sigma: first guess of every depth and its sigma [m]; without\n"
-           "a sigma any guess will do. z_min, z_max: depths reported [m]. odometry_scale_sigma, focal_sigma:\n"
+           py::arg("n"), py::kw_only(), py::arg("estimator") = "filter",
+           py::arg("errors") = py::none(), py::arg("odometry_noise") = OdometryNoise{},
+           py::arg("pixel_noise") = 0.5, py::arg("focal") = 600., py::arg("prior") = 1.,
+           py::arg("prior_sigma") = py::none(), py::arg("z_min") = 0.05, py::arg("z_max") = 100.,
+           py::arg("odometry_scale_sigma") = 0., py::arg("focal_sigma") = 0.,
+           py::arg("joint") = std::vector<std::string>{"time_offset"},
+           "n: number of points. estimator: filter | joint | nonlinear | window | two-frame | "
+           "constant.\n"
+           "errors: lasting errors of the robot: None (white noise alone), 'typical', 'arm', "
+           "'poses' or an\n"
+           "ErrorProfile. pixel_noise: 1 sigma per axis [px]; focal: focal length [px], which "
+           "turns it into\n"
+           "normalised coordinates. prior, prior_sigma: first guess of every depth and its sigma "
+           "[m]; without\n"
+           "a sigma any guess will do. z_min, z_max: depths reported [m]. odometry_scale_sigma, "
+           "focal_sigma:\n"
            "relative, 1 sigma [-]. joint: what the joint filter learns besides depths.")
       .def("push_twists", &DepthFilter::push, py::arg("t"), py::arg("twists"),
-           "Odometry: t (m,) [s], ascending; twists (m, 6): vx, vy, vz [m/s], wx, wy, wz [rad/s] of the\n"
+           "Odometry: t (m,) [s], ascending; twists (m, 6): vx, vy, vz [m/s], wx, wy, wz [rad/s] "
+           "of the\n"
            "camera in its own frame. A row holds until the next one's time.")
       .def("step", &DepthFilter::step, py::arg("t"), py::arg("xy"), py::arg("twist") = py::none(),
            py::arg("sigma") = py::none(),
-           "One image, taken at t [s]: xy (n, 2), normalised image coordinates [-]; rows of NaN are hidden.\n"
-           "twist: (6,), the camera's since the last image, instead of `push_twists`. sigma: noise of these\n"
-           "points, pixels / focal length [-], instead of pixel_noise / focal. Returns how far the odometry\n"
+           "One image, taken at t [s]: xy (n, 2), normalised image coordinates [-]; rows of NaN "
+           "are hidden.\n"
+           "twist: (6,), the camera's since the last image, instead of `push_twists`. sigma: noise "
+           "of these\n"
+           "points, pixels / focal length [-], instead of pixel_noise / focal. Returns how far the "
+           "odometry\n"
            "covers the time since the last image: 'complete', or why it does not.")
       .def("observe", &DepthFilter::observe, py::arg("t"), py::arg("xy"), py::arg("twist_t"),
            py::arg("twists"),
-           "Many images at once: t (T,), xy (T, n, 2), twist_t (m,), twists (m, 6). Returns Estimates, (T, n).\n"
+           "Many images at once: t (T,), xy (T, n, 2), twist_t (m,), twists (m, 6). Returns "
+           "Estimates, (T, n).\n"
            "Other threads may run meanwhile.")
-      .def("correct_depth", &DepthFilter::correctDepth, py::arg("i"), py::arg("z"), py::arg("sigma_z"),
-           "A range sensor said of point i that its depth is z +- sigma_z [m].")
-      .def("set_prior", &DepthFilter::setPrior, py::arg("i"), py::arg("z"), py::arg("sigma_z") = py::none(),
+      .def("correct_depth", &DepthFilter::correctDepth, py::arg("i"), py::arg("z"),
+           py::arg("sigma_z"), "A range sensor said of point i that its depth is z +- sigma_z [m].")
+      .def("set_prior", &DepthFilter::setPrior, py::arg("i"), py::arg("z"),
+           py::arg("sigma_z") = py::none(),
            "Point i starts anew with its next measurement, at the guess z [m].")
       .def("shared", &DepthFilter::shared,
-           "What a joint filter has learnt besides depths: name -> (value, sigma, whether it is known);\n"
-           "time_offset [s] (> 0: images are late), gyro_bias_x.. [rad/s], focal (true / given) [-].")
-      .def_property_readonly("estimates", [](DepthFilter& f) { return f.estimates(); },
-                             "Estimates as of the last image, (n,).")
-      .def_property_readonly("xy", [](DepthFilter& f) { return f.estimates().xy; }, "(n, 2) [-].")
-      .def_property_readonly("z", [](DepthFilter& f) { return f.estimates().z; }, "(n,) [m].")
-      .def_property_readonly("sigma_z", [](DepthFilter& f) { return f.estimates().sigma_z; }, "(n,) [m].")
-      .def_property_readonly("z_low", [](DepthFilter& f) { return f.estimates().z_low; }, "(n,) [m].")
-      .def_property_readonly("z_high", [](DepthFilter& f) { return f.estimates().z_high; }, "(n,) [m].")
-      .def_property_readonly("status", [](DepthFilter& f) { return f.estimates().status; },
-                             "(n,) uint8, see Status.")
-      .def_property_readonly("time", &DepthFilter::time, "Of the last image [s]; NaN before the first.")
+           "What a joint filter has learnt besides depths: name -> (value, sigma, whether it is "
+           "known);\n"
+           "time_offset [s] (> 0: images are late), gyro_bias_x.. [rad/s], focal (true / given) "
+           "[-].")
+      .def_property_readonly(
+          "estimates", [](DepthFilter& f) { return f.estimates(); },
+          "Estimates as of the last image, (n,).")
+      .def_property_readonly(
+          "xy", [](DepthFilter& f) { return f.estimates().xy; }, "(n, 2) [-].")
+      .def_property_readonly(
+          "z", [](DepthFilter& f) { return f.estimates().z; }, "(n,) [m].")
+      .def_property_readonly(
+          "sigma_z", [](DepthFilter& f) { return f.estimates().sigma_z; }, "(n,) [m].")
+      .def_property_readonly(
+          "z_low", [](DepthFilter& f) { return f.estimates().z_low; }, "(n,) [m].")
+      .def_property_readonly(
+          "z_high", [](DepthFilter& f) { return f.estimates().z_high; }, "(n,) [m].")
+      .def_property_readonly(
+          "status", [](DepthFilter& f) { return f.estimates().status; }, "(n,) uint8, see Status.")
+      .def_property_readonly("time", &DepthFilter::time,
+                             "Of the last image [s]; NaN before the first.")
       .def("__len__", &DepthFilter::size);
 }
 

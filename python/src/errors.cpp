@@ -51,7 +51,8 @@ Array cramerRaoBound(const Array& points, const Array& times_s, const MotionBuff
   requireShape(times_s, "t", {kAny});
   const py::ssize_t n = points.shape(0);
   if (seen) requireShape(*seen, "seen", {times_s.shape(0), n});
-  if (!(sigma > 0)) throw py::value_error("sigma: expected a number above 0 (pixels / focal length)");
+  if (!(sigma > 0))
+    throw py::value_error("sigma: expected a number above 0 (pixels / focal length)");
   std::vector<PointState> states;
   for (py::ssize_t i = 0; i < n; ++i) {
     states.push_back({finite(points.at(i, 0), "points"), finite(points.at(i, 1), "points"),
@@ -63,15 +64,18 @@ Array cramerRaoBound(const Array& points, const Array& times_s, const MotionBuff
 }
 
 void bindOdometryNoise(py::module_& module) {
-  py::class_<OdometryNoise>(module, "OdometryNoise", "White noise of twists, per row and axis (1 sigma).")
-      .def(py::init([](double v, double w, double relative_v, double relative_w,
-                       const std::string& mode) {
-             return OdometryNoise{v, w, relative_v, relative_w, modeNamed(mode)};
-           }),
-           py::arg("sigma_v") = 0.002, py::arg("sigma_w") = 0.001, py::arg("relative_v") = 0.01,
-           py::arg("relative_w") = 0.01, py::arg("mode") = "measured",
-           "sigma_v [m/s], sigma_w [rad/s]: floors; relative_v, relative_w [-]: shares of the speed.\n"
-           "mode: 'measured' (the noise is in the twists) or 'commanded' (in what the camera does).")
+  py::class_<OdometryNoise>(module, "OdometryNoise",
+                            "White noise of twists, per row and axis (1 sigma).")
+      .def(
+          py::init([](double v, double w, double relative_v, double relative_w,
+                      const std::string& mode) {
+            return OdometryNoise{v, w, relative_v, relative_w, modeNamed(mode)};
+          }),
+          py::arg("sigma_v") = 0.002, py::arg("sigma_w") = 0.001, py::arg("relative_v") = 0.01,
+          py::arg("relative_w") = 0.01, py::arg("mode") = "measured",
+          "sigma_v [m/s], sigma_w [rad/s]: floors; relative_v, relative_w [-]: shares of the "
+          "speed.\n"
+          "mode: 'measured' (the noise is in the twists) or 'commanded' (in what the camera does).")
       .def_static("exact", &OdometryNoise::none, "Odometry without any error.")
       .def_readwrite("sigma_v", &OdometryNoise::sigma_v)
       .def_readwrite("sigma_w", &OdometryNoise::sigma_w)
@@ -88,8 +92,8 @@ std::optional<ErrorProfile> errorsOf(const py::object& errors) {
   if (name == "typical") return ErrorProfile::typical();
   if (name == "arm") return ErrorProfile::arm();
   if (name == "poses") return ErrorProfile::poses();
-  throw py::value_error("errors: expected None, 'typical', 'arm', 'poses' or an ErrorProfile, got '" +
-                        name + "'");
+  throw py::value_error(
+      "errors: expected None, 'typical', 'arm', 'poses' or an ErrorProfile, got '" + name + "'");
 }
 
 void bindErrors(py::module_& module) {
@@ -103,7 +107,8 @@ void bindErrors(py::module_& module) {
       .def_static("typical", &ErrorProfile::typical, "A wheeled robot with a gyro.")
       .def_static("arm", &ErrorProfile::arm, "An arm with a camera mounted by hand.")
       .def_static("poses", &ErrorProfile::poses, "Motion from poses.")
-      .def_static("read", &readErrorProfile, py::arg("file"), "From a file that `depthservo calibrate` wrote.")
+      .def_static("read", &readErrorProfile, py::arg("file"),
+                  "From a file that `depthservo calibrate` wrote.")
       .def_readwrite("scale", &ErrorProfile::scale, "Relative error of the translation [-].")
       .def_readwrite("slip", &ErrorProfile::slip, "Likewise, but for a while [-].")
       .def_readwrite("gyro_bias", &ErrorProfile::gyroBias_rad_s, "[rad/s], per axis.")
@@ -112,21 +117,25 @@ void bindErrors(py::module_& module) {
       .def_readwrite("jitter", &ErrorProfile::jitter_s, "Of the images' stamps [s].")
       .def_readwrite("readout", &ErrorProfile::readout_s, "Of a rolling shutter [s].")
       .def_readwrite("focal", &ErrorProfile::focal, "Relative error of the focal length [-].")
-      .def_readwrite("mount", &ErrorProfile::mount_rad, "Rotation of the camera's mount [rad], per axis.")
+      .def_readwrite("mount", &ErrorProfile::mount_rad,
+                     "Rotation of the camera's mount [rad], per axis.")
       .def_readwrite("wander", &ErrorProfile::wander_px, "Of each point's tracker [px].")
       .def_readwrite("position", &ErrorProfile::position_m, "Of poses [m].")
       .def_readwrite("angle", &ErrorProfile::angle_rad, "Of poses [rad].");
 
-  module.def("cramer_rao_bound", &cramerRaoBound, py::arg("points"), py::arg("t"), py::arg("odometry"),
-             py::kw_only(), py::arg("sigma"), py::arg("odometry_noise") = OdometryNoise{},
-             py::arg("seen") = py::none(), py::arg("errors") = py::none(), py::arg("focal") = 600.,
-             py::arg("sigma_chi") = std::numeric_limits<double>::infinity(),
-             "Least sigma_Z / Z [-] that any estimator can have: (T, n).\n\n"
-             "points: (n, 3), true x, y [-], chi [1/m] in the first image; one point: the bound of\n"
-             "estimators that treat points alone, several: of joint ones. t: (T,) times of the images [s].\n"
-             "odometry: MotionBuffer with the true twists. sigma: noise of a point, pixels / focal length.\n"
-             "seen: (T, n), 0 where a point is hidden. errors: lasting ones, as of DepthFilter.\n"
-             "sigma_chi: prior knowledge [1/m].");
+  module.def(
+      "cramer_rao_bound", &cramerRaoBound, py::arg("points"), py::arg("t"), py::arg("odometry"),
+      py::kw_only(), py::arg("sigma"), py::arg("odometry_noise") = OdometryNoise{},
+      py::arg("seen") = py::none(), py::arg("errors") = py::none(), py::arg("focal") = 600.,
+      py::arg("sigma_chi") = std::numeric_limits<double>::infinity(),
+      "Least sigma_Z / Z [-] that any estimator can have: (T, n).\n\n"
+      "points: (n, 3), true x, y [-], chi [1/m] in the first image; one point: the bound of\n"
+      "estimators that treat points alone, several: of joint ones. t: (T,) times of the images "
+      "[s].\n"
+      "odometry: MotionBuffer with the true twists. sigma: noise of a point, pixels / focal "
+      "length.\n"
+      "seen: (T, n), 0 where a point is hidden. errors: lasting ones, as of DepthFilter.\n"
+      "sigma_chi: prior knowledge [1/m].");
 }
 
 }  // namespace depthservo::python

@@ -78,9 +78,10 @@ void push(MotionBuffer& odometry, const Array& times_s, const Array& twists) {
 }
 
 void bindMotion(py::module_& module) {
-  py::class_<Motion>(module, "Motion",
-                     "What the camera's own motion does to a still point: p_now = R p_before + t.\n\n"
-                     "Camera frame: x right, y down, z forward.")
+  py::class_<Motion>(
+      module, "Motion",
+      "What the camera's own motion does to a still point: p_now = R p_before + t.\n\n"
+      "Camera frame: x right, y down, z forward.")
       .def(py::init<>(), "No motion, of no duration.")
       .def_static(
           "from_twist",
@@ -88,7 +89,8 @@ void bindMotion(py::module_& module) {
             return Motion::fromTwist(twistOf(twist, "twist"), finite(dt, "dt"));
           },
           py::arg("twist"), py::arg("dt"),
-          "Of a camera that keeps `twist`, (6,): vx, vy, vz [m/s], wx, wy, wz [rad/s] in the camera\n"
+          "Of a camera that keeps `twist`, (6,): vx, vy, vz [m/s], wx, wy, wz [rad/s] in the "
+          "camera\n"
           "frame, for `dt` [s]. Exact for any angle.")
       .def_static(
           "from_poses",
@@ -99,25 +101,28 @@ void bindMotion(py::module_& module) {
           py::arg("before"), py::arg("now"), py::arg("dt"),
           "Between two poses of the camera in the world, (4, 4) each [m], `dt` [s] apart.")
       .def_property_readonly("R", &rotationOf, "Rotation, (3, 3).")
-      .def_property_readonly("t", [](const Motion& m) { return Array(3, m.t.data()); },
-                             "Translation, (3,) [m].")
+      .def_property_readonly(
+          "t", [](const Motion& m) { return Array(3, m.t.data()); }, "Translation, (3,) [m].")
       .def_readonly("dt", &Motion::dt, "Duration [s].")
       .def("then", &Motion::then, py::arg("next"), "This motion, then `next`.")
       .def("inverse", &Motion::inverse, "The motion back; dt changes sign.")
-      .def("twist", [](const Motion& m) { return arrayOf(m.twist()); },
-           "The constant twist that makes it in dt, (6,) [m/s, rad/s].");
+      .def(
+          "twist", [](const Motion& m) { return arrayOf(m.twist()); },
+          "The constant twist that makes it in dt, (6,) [m/s, rad/s].");
 
   module.def("flow", &flowOf, py::arg("motion"), py::arg("points"),
              "Where a motion takes still points: exact, no integration.\n\n"
              "points: (n, 3), rows x, y (normalised image coordinates [-]) and chi = 1/Z [1/m].\n"
              "Returns (n, 3) likewise; a row of NaN for a point that passes behind the camera.");
-  module.def("interaction_matrix", &interactionMatrix, py::arg("xy"), py::arg("z"),
-             "Interaction matrix of points: d(x, y)/dt = L twist.\n\n"
-             "xy: (n, 2), normalised [-]; z: (n,) [m], > 0. Returns (2 n, 6), rows x, y of each point.");
+  module.def(
+      "interaction_matrix", &interactionMatrix, py::arg("xy"), py::arg("z"),
+      "Interaction matrix of points: d(x, y)/dt = L twist.\n\n"
+      "xy: (n, 2), normalised [-]; z: (n,) [m], > 0. Returns (2 n, 6), rows x, y of each point.");
 
-  py::class_<MotionBuffer>(module, "MotionBuffer",
-                           "Timestamped twists of the camera at any rate, and its motion between any two\n"
-                           "instants. A twist holds until the next one's time.")
+  py::class_<MotionBuffer>(
+      module, "MotionBuffer",
+      "Timestamped twists of the camera at any rate, and its motion between any two\n"
+      "instants. A twist holds until the next one's time.")
       .def(py::init([](std::size_t capacity, const std::string& rows) {
              MotionBuffer buffer(capacity);
              buffer.setMeaning(meaningNamed(rows));
@@ -127,8 +132,10 @@ void bindMotion(py::module_& module) {
            "capacity: rows kept. rows: what a row is: 'hold' (mean until the next), 'instant' (a\n"
            "sample) or 'mean-before'.")
       .def(
-          "push", [](MotionBuffer& self, const Array& t, const Array& twists) { push(self, t, twists); },
-          py::arg("t"), py::arg("twists"), "Adds rows: t (m,) [s], ascending; twists (m, 6) [m/s, rad/s].")
+          "push",
+          [](MotionBuffer& self, const Array& t, const Array& twists) { push(self, t, twists); },
+          py::arg("t"), py::arg("twists"),
+          "Adds rows: t (m,) [s], ascending; twists (m, 6) [m/s, rad/s].")
       .def(
           "motion",
           [](const MotionBuffer& self, double from, double to) {

@@ -27,8 +27,9 @@ Array eachRow(const Array& points, const char* name, const F& f) {
 }
 
 void bindCamera(py::module_& module) {
-  py::class_<PinholeCamera>(module, "Camera",
-                            "Pinhole camera with lens distortion; pixel (0, 0) is the centre of the first.")
+  py::class_<PinholeCamera>(
+      module, "Camera",
+      "Pinhole camera with lens distortion; pixel (0, 0) is the centre of the first.")
       .def(py::init([](int width, int height, double fx, double fy, double cx, double cy) {
              return PinholeCamera{width, height, fx, fy, cx, cy};
            }),
@@ -42,14 +43,16 @@ void bindCamera(py::module_& module) {
       .def_readonly("fy", &PinholeCamera::fy)
       .def_readonly("cx", &PinholeCamera::cx)
       .def_readonly("cy", &PinholeCamera::cy)
-      .def_property_readonly("focal", [](const PinholeCamera& c) { return c.focal_px(); },
-                             "Pixels a unit of normalised coordinates [px].")
+      .def_property_readonly(
+          "focal", [](const PinholeCamera& c) { return c.focal_px(); },
+          "Pixels a unit of normalised coordinates [px].")
       .def(
           "normalise",
           [](const PinholeCamera& c, const Array& uv) {
             return eachRow(uv, "uv", [&](double u, double v) { return c.normalise(u, v); });
           },
-          py::arg("uv"), "Normalised coordinates (n, 2) [-] of pixels (n, 2), freed from distortion.")
+          py::arg("uv"),
+          "Normalised coordinates (n, 2) [-] of pixels (n, 2), freed from distortion.")
       .def(
           "to_pixel",
           [](const PinholeCamera& c, const Array& xy) {
@@ -58,8 +61,9 @@ void bindCamera(py::module_& module) {
           py::arg("xy"), "Pixels (n, 2) of normalised coordinates (n, 2).");
 }
 
-SequenceOptions optionsOf(const std::string& camera, double fps, const std::vector<std::string>& topics,
-                          const std::string& target, const std::optional<std::vector<double>>& cameraInBase) {
+SequenceOptions optionsOf(const std::string& camera, double fps,
+                          const std::vector<std::string>& topics, const std::string& target,
+                          const std::optional<std::vector<double>>& cameraInBase) {
   SequenceOptions options;
   options.camera = camera;
   options.fps = fps;
@@ -169,7 +173,8 @@ py::array_t<unsigned char> imageOf(const Sequence& sequence, std::size_t frame) 
 }
 
 void bindSequence(py::module_& module) {
-  py::class_<Sequence>(module, "Sequence", "Recorded data: images or tracks, odometry, poses, truth.")
+  py::class_<Sequence>(module, "Sequence",
+                       "Recorded data: images or tracks, odometry, poses, truth.")
       .def(py::init([](const std::string& path, const std::string& camera, double fps,
                        const std::vector<std::string>& topics, const std::string& target,
                        const std::optional<std::vector<double>>& base) {
@@ -180,9 +185,12 @@ void bindSequence(py::module_& module) {
            py::arg("path"), py::kw_only(), py::arg("camera") = "", py::arg("fps") = 0.,
            py::arg("topics") = std::vector<std::string>{}, py::arg("target") = "",
            py::arg("camera_in_base") = py::none(),
-           "path: a folder (ours, TUM, ICL-NUIM, EuRoC, numbered images) or a ROS 1 or 2 bag. camera: a\n"
-           "file or preset. fps: of numbered images [Hz]. topics: of a bag, 'image=/camera/image_raw'.\n"
-           "target: a YAML file. camera_in_base: x, y, z [m], roll, pitch, yaw [rad] of the camera in the\n"
+           "path: a folder (ours, TUM, ICL-NUIM, EuRoC, numbered images) or a ROS 1 or 2 bag. "
+           "camera: a\n"
+           "file or preset. fps: of numbered images [Hz]. topics: of a bag, "
+           "'image=/camera/image_raw'.\n"
+           "target: a YAML file. camera_in_base: x, y, z [m], roll, pitch, yaw [rad] of the camera "
+           "in the\n"
            "frame of the twists. ValueError when it cannot be used.")
       .def_property_readonly("name", &Sequence::name)
       .def_property_readonly("path", &Sequence::folder)
@@ -190,16 +198,23 @@ void bindSequence(py::module_& module) {
       .def_property_readonly("warnings", &Sequence::warnings, "What was ignored or assumed.")
       .def_property_readonly(
           "times",
-          [](const Sequence& s) { return column(s.frames(), [](const auto& f) { return f.time_s; }); },
+          [](const Sequence& s) {
+            return column(s.frames(), [](const auto& f) { return f.time_s; });
+          },
           "Of the images, (T,) [s].")
       .def_property_readonly(
           "twist_times",
-          [](const Sequence& s) { return column(s.odometry(), [](const auto& r) { return r.time_s; }); },
+          [](const Sequence& s) {
+            return column(s.odometry(), [](const auto& r) { return r.time_s; });
+          },
           "Of the odometry, (m,) [s].")
-      .def_property_readonly("twists", &twistsOf, "(m, 6) of the camera in its own frame [m/s, rad/s].")
+      .def_property_readonly("twists", &twistsOf,
+                             "(m, 6) of the camera in its own frame [m/s, rad/s].")
       .def_property_readonly(
           "pose_times",
-          [](const Sequence& s) { return column(s.poses(), [](const auto& p) { return p.time_s; }); },
+          [](const Sequence& s) {
+            return column(s.poses(), [](const auto& p) { return p.time_s; });
+          },
           "Of the poses, (k,) [s].")
       .def_property_readonly("poses", &posesOf, "Of the camera in the world, (k, 4, 4) [m].")
       .def_property_readonly("ids", &idsOf, "Of the points with tracks or truth, (n,), ascending.")
@@ -231,7 +246,8 @@ void bindRecordings(py::module_& module) {
       "describe_recording",
       [](const std::string& path, const std::string& camera, double fps,
          const std::vector<std::string>& topics) {
-        const RecordingInfo info = describeRecording(path, optionsOf(camera, fps, topics, "", std::nullopt));
+        const RecordingInfo info =
+            describeRecording(path, optionsOf(camera, fps, topics, "", std::nullopt));
         py::dict d;
         d["path"] = info.path;
         d["kind"] = info.kind;
@@ -244,7 +260,8 @@ void bindRecordings(py::module_& module) {
       },
       py::arg("path"), py::kw_only(), py::arg("camera") = "", py::arg("fps") = 0.,
       py::arg("topics") = std::vector<std::string>{},
-      "What is in a bag or a folder: kind, topics (name, type, use, messages, rate [Hz]), notes, and why it\n"
+      "What is in a bag or a folder: kind, topics (name, type, use, messages, rate [Hz]), notes, "
+      "and why it\n"
       "cannot be replayed (missing; empty: it can).");
 }
 

@@ -124,7 +124,8 @@ py::dict featuresOf(const RunLog& log) {
   result["id"] = result["id"].attr("astype")("int64");
   result["measured"] = result["measured"].attr("astype")("bool");
   const py::object words = py::module_::import("numpy").attr("array")(py::cast(statusNames()));
-  result["status"] = words[py::array_t<int>(static_cast<py::ssize_t>(statuses.size()), statuses.data())];
+  result["status"] =
+      words[py::array_t<int>(static_cast<py::ssize_t>(statuses.size()), statuses.data())];
   return result;
 }
 
@@ -152,13 +153,15 @@ void bindRun(py::module_& module) {
             if (!log.hasOutcome) return py::none();
             return py::str(toString(log.outcome));
           },
-          "converged | stalled | left-image | lost | diverged | collision | timeout; None of a replay.")
+          "converged | stalled | left-image | lost | diverged | collision | timeout; None of a "
+          "replay.")
       .def_readonly("reason", &RunLog::reason, "Why it ended like this, a sentence.")
       .def_property_readonly(
           "result", [](const RunLog& log) { return fromJson(toJson(log)); },
           "As `--json` of the tool: outcome, metrics, diagnosis, points.")
-      .def_property_readonly("features", &featuresOf,
-                             "Columns of features.csv, an array each: one row per feature and frame.")
+      .def_property_readonly(
+          "features", &featuresOf,
+          "Columns of features.csv, an array each: one row per feature and frame.")
       .def_property_readonly("frames", &framesOf, "Columns of frames.csv, an array each.")
       .def_property_readonly(
           "events",
@@ -225,16 +228,20 @@ void bindReplay(py::module_& module, Extra&&... extra) {
          const std::string& motion, std::optional<double> prior, std::optional<double> priorSigma,
          std::optional<double> pixelNoise, py::object errors, std::optional<OdometryNoise> odometry,
          const std::string& rows) {
-        const ObservationOptions options = optionsOf(
-            sequence, {estimator, tracker, motion, prior, priorSigma, pixelNoise, std::move(errors),
-                       odometry, rows});
+        const ObservationOptions options =
+            optionsOf(sequence, {estimator, tracker, motion, prior, priorSigma, pixelNoise,
+                                 std::move(errors), odometry, rows});
         return watched([&](RunWatcher* watcher) { return replay(sequence, options, watcher); });
       },
       py::arg("sequence"), py::kw_only(), std::forward<Extra>(extra)...,
-      "Observes depth on a Sequence, as `depthservo replay` does; other threads may run meanwhile.\n\n"
-      "estimator: constant | two-frame | nonlinear | window | filter | joint | pose; '': as the sequence\n"
-      "says, filter. tracker: dots | apriltag | klt | tracks | auto. motion: twist | groundtruth | target |\n"
-      "auto. prior, prior_sigma [m]. pixel_noise: 1 sigma per axis [px]. errors: typical | poses | arm |\n"
+      "Observes depth on a Sequence, as `depthservo replay` does; other threads may run "
+      "meanwhile.\n\n"
+      "estimator: constant | two-frame | nonlinear | window | filter | joint | pose; '': as the "
+      "sequence\n"
+      "says, filter. tracker: dots | apriltag | klt | tracks | auto. motion: twist | groundtruth | "
+      "target |\n"
+      "auto. prior, prior_sigma [m]. pixel_noise: 1 sigma per axis [px]. errors: typical | poses | "
+      "arm |\n"
       "declared | exact, or an ErrorProfile. rows: hold | instant | mean-before.");
 }
 
@@ -245,7 +252,8 @@ RunLog runScenario(const std::string& file, const std::vector<std::string>& over
 
 std::vector<EstimatorKind> estimatorsNamed(const std::vector<std::string>& names) {
   std::vector<EstimatorKind> kinds;
-  for (const std::string& name : names) kinds.push_back(estimatorNamed(name, {"estimators", 0, ""}));
+  for (const std::string& name : names)
+    kinds.push_back(estimatorNamed(name, {"estimators", 0, ""}));
   return kinds;
 }
 
@@ -295,8 +303,8 @@ void bindCompare(py::module_& module) {
 /// \return whether all runs are done
 bool runSweepIn(const std::string& file, const std::string& out, int jobs,
                 const py::function& resolve) {
-  const Sweep sweep = Sweep::load(
-      file, [&](const std::string& name) { return resolve(name).cast<std::string>(); });
+  const Sweep sweep =
+      Sweep::load(file, [&](const std::string& name) { return resolve(name).cast<std::string>(); });
   Signals signals;
   bool isComplete = false;
   {
@@ -313,7 +321,8 @@ bool runSweepIn(const std::string& file, const std::string& out, int jobs,
 }
 
 void bindSweeps(py::module_& module) {
-  module.def("_sweep", &runSweepIn, py::arg("file"), py::arg("out"), py::arg("jobs"), py::arg("resolve"));
+  module.def("_sweep", &runSweepIn, py::arg("file"), py::arg("out"), py::arg("jobs"),
+             py::arg("resolve"));
   module.def(
       "_sweep_csv",
       [](const std::string& folder) {
@@ -334,14 +343,16 @@ void bindSweeps(py::module_& module) {
 
 void bindRuns(py::module_& module) {
   bindRun(module);
-  bindReplay(module, py::arg("estimator") = "", py::arg("tracker") = "auto", py::arg("motion") = "auto",
-             py::arg("prior") = py::none(), py::arg("prior_sigma") = py::none(),
-             py::arg("pixel_noise") = py::none(), py::arg("errors") = py::none(),
-             py::arg("odometry_noise") = py::none(), py::arg("rows") = "");
+  bindReplay(module, py::arg("estimator") = "", py::arg("tracker") = "auto",
+             py::arg("motion") = "auto", py::arg("prior") = py::none(),
+             py::arg("prior_sigma") = py::none(), py::arg("pixel_noise") = py::none(),
+             py::arg("errors") = py::none(), py::arg("odometry_noise") = py::none(),
+             py::arg("rows") = "");
   module.def("_run", &runScenario, py::arg("file"), py::arg("overrides"));
   module.def(
       "_record",
-      [](const std::string& file, const std::vector<std::string>& overrides, const std::string& folder) {
+      [](const std::string& file, const std::vector<std::string>& overrides,
+         const std::string& folder) {
         const Scenario scenario = Scenario::load(file, overrides);
         return watched([&](RunWatcher* watcher) { return record(scenario, folder, watcher); });
       },

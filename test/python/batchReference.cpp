@@ -1,6 +1,8 @@
-// The estimates and the time of InverseDepthFilterBatch alone, for the Python package to be compared with.
+// The estimates and the time of InverseDepthFilterBatch alone, for the Python package to be
+// compared with.
 //
-//   batch_reference IN OUT     IN: doubles images, points, dt [s], sigma, twist (6), xy (images, points, 2)
+//   batch_reference IN OUT     IN: doubles images, points, dt [s], sigma, twist (6), xy (images,
+//   points, 2)
 //                              OUT: doubles z, sigma_z of every point after the last image
 // Prints the least time of several passes [s], of predict and correct alone.
 #include <algorithm>
