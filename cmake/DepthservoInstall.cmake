@@ -9,9 +9,13 @@ foreach(room visp motion camera depth pose features robots target text tracking 
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/depthservo)
 endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scenarios ${PROJECT_SOURCE_DIR}/data/servo
-                  ${PROJECT_SOURCE_DIR}/data/sweeps
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/depthservo)
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CHANGELOG.md TYPE DOC)
+                  ${PROJECT_SOURCE_DIR}/data/sweeps ${PROJECT_SOURCE_DIR}/data/sequences
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/depthservo COMPONENT tool)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE TYPE DOC COMPONENT license)
+install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md TYPE DOC COMPONENT doc)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/doc TYPE DOC COMPONENT doc)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/apps/examples DESTINATION ${CMAKE_INSTALL_DOCDIR}/apps COMPONENT doc)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/python/examples DESTINATION ${CMAKE_INSTALL_DOCDIR}/python COMPONENT doc)
 
 if(DEPTHSERVO_APPS)
   file(RELATIVE_PATH bin_to_lib /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
