@@ -157,8 +157,8 @@ class SegmentTask : public FeatureTask {
   }
 
  private:
-  std::vector<FeatureSegment> s_{2};
-  std::vector<vpFeatureSegment> desired_{2};
+  std::vector<FeatureSegment> s_ = std::vector<FeatureSegment>(2);
+  std::vector<vpFeatureSegment> desired_ = std::vector<vpFeatureSegment>(2);
 };
 
 /// The four sides of the square.
