@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "commands.h"
@@ -28,7 +29,9 @@ SequenceTarget boardOf(const TargetArguments& a) {
   board.rows = a.rows.value_or(kRows);
   board.square = a.square;
   if (a.kind == "charuco") {
-    board.markers = {a.dictionary, a.marker.value_or(kMarker * a.square)};
+    constexpr double kMicrons = 1e6;
+    const double byDefault = std::round(kMarker * a.square * kMicrons) / kMicrons;
+    board.markers = {a.dictionary, a.marker.value_or(byDefault)};
     const auto known = arucoDictionaries();
     if (std::find(known.begin(), known.end(), a.dictionary) == known.end()) {
       refuseOption("--dictionary",
