@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "depthservo/scenario/Scenario.h"
 #include "support/InputErrors.h"
@@ -161,11 +162,19 @@ TEST_F(ScenarioTest, the_effective_configuration_has_every_key) {
   const auto tags = parsed({"target={type: apriltag, family: 36h11, tags: [{id: 0, size: 0.2}]}",
                             "sensing.tracker=apriltag"});
   const auto walls = parsed({"target={type: wall, walls: [{width: 1}]}", "sensing.tracker=klt"});
+  const auto boards =
+      parsed({"target={type: charuco, columns: 5, rows: 4, square: 0.05, marker: 0.03}",
+              "sensing.tracker=charuco"});
+  const std::set<std::string> ofBoards{"target.columns", "target.rows", "target.square",
+                                       "target.marker", "target.dictionary"};
   for (const std::string& key : Scenario::keys()) {
     const bool isOfTags = key.rfind("target.tags", 0) == 0 || key == "target.family" ||
                           key.rfind("robot.goal", 0) == 0;
     const bool isOfWalls = key.rfind("target.walls", 0) == 0;
-    const nlohmann::json* at = isOfTags ? &tags : isOfWalls ? &walls : &profile;
+    const nlohmann::json* at = isOfTags                  ? &tags
+                               : isOfWalls               ? &walls
+                               : ofBoards.count(key) > 0 ? &boards
+                                                         : &profile;
     std::string rest = key + ".";
     for (std::size_t dot; (dot = rest.find('.')) != std::string::npos; rest.erase(0, dot + 1)) {
       if (at->is_array()) at = &at->at(0);
