@@ -41,7 +41,7 @@ class Photographer {
   Image shoot(const Eigen::Isometry3d& cMo, double noise, unsigned seed = 1) const {
     constexpr int kRays = 9;
     std::mt19937 random(seed);
-    std::normal_distribution<double> gaussian(0, noise);
+    std::normal_distribution<double> gaussian;
     Image image(480, 640);
     const Eigen::Isometry3d oMc = cMo.inverse();
     const auto seenAt = [&](double u, double v) {
@@ -64,7 +64,7 @@ class Photographer {
           }
           gray = sum / (kRays * kRays);
         }
-        if (noise > 0) gray += gaussian(random);
+        if (noise > 0) gray += noise * gaussian(random);
         image[v][u] = static_cast<unsigned char>(std::clamp(std::round(gray), 0.0, 255.0));
       }
     }
@@ -105,8 +105,7 @@ struct Errors {
 
   void add(const Points& points, const BoardTarget& board, const Eigen::Isometry3d& cMo) {
     for (const TrackedPoint& point : points) {
-      const Eigen::Vector2d e =
-          Eigen::Vector2d(point.u, point.v) - truth(board, point.id, cMo);
+      const Eigen::Vector2d e = Eigen::Vector2d(point.u, point.v) - truth(board, point.id, cMo);
       worst_px = std::max(worst_px, e.norm());
       sum += e;
       squared += e.squaredNorm();
