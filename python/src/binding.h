@@ -29,7 +29,6 @@ void requireShape(const Array& array, const char* name, const std::vector<py::ss
 double finite(double value, const char* name);
 
 Array arrayOf(const std::vector<double>& values);  ///< (n,)
-Array arrayOf(const Eigen::Isometry3d& pose);      ///< (4, 4)
 
 /// \param twist (6,): vx, vy, vz [m/s], wx, wy, wz [rad/s]
 Twist twistOf(const Array& twist, const char* name);
@@ -43,9 +42,6 @@ DepthPrior priorOf(double Z, const std::optional<double>& sigma_Z, const DepthRa
 
 /// None: none; a name: typical | arm | poses; or a profile.
 std::optional<ErrorProfile> errorsOf(const py::object& errors);
-
-/// Words of every status, by its number.
-const std::vector<std::string>& statusNames();
 
 void bindMotion(py::module_& module);
 void bindErrors(py::module_& module);

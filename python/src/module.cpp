@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "binding.h"
+#include "depth/statusNames.h"
 #include "depthservo/text/InputError.h"
 
 namespace depthservo::python {
@@ -36,14 +37,6 @@ Array arrayOf(const std::vector<double>& values) {
   return Array(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
-Array arrayOf(const Eigen::Isometry3d& pose) {
-  Array array({4, 4});
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 4; ++j) array.mutable_at(i, j) = pose.matrix()(i, j);
-  }
-  return array;
-}
-
 Twist twistOf(const Array& twist, const char* name) {
   requireShape(twist, name, {6});
   const double* v = twist.data();
@@ -53,24 +46,13 @@ Twist twistOf(const Array& twist, const char* name) {
 
 Array arrayOf(const Twist& twist) { return Array(6, twist.vector().eval().data()); }
 
-const std::vector<std::string>& statusNames() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (int i = 0; i <= static_cast<int>(DepthStatus::lost); ++i) {
-      all.emplace_back(toString(static_cast<DepthStatus>(i)));
-    }
-    return all;
-  }();
-  return names;
-}
-
 }  // namespace depthservo::python
 
 PYBIND11_MODULE(_core, module) {
   using namespace depthservo::python;
   module.doc() = "The parts of depthservo that are C++. Use `import depthservo`.";
   py::register_exception<depthservo::InputError>(module, "InputError", PyExc_ValueError);
-  module.attr("STATUS_NAMES") = py::tuple(py::cast(statusNames()));
+  module.attr("STATUS_NAMES") = py::tuple(py::cast(depthservo::statusNames()));
   module.attr("__version__") = DEPTHSERVO_VERSION;
   bindMotion(module);
   bindErrors(module);

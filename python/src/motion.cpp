@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "binding.h"
+#include "depthservo/observation/words.h"
 #include "motion/rateByTwist.h"
 
 namespace depthservo::python {
@@ -54,13 +55,6 @@ Array interactionMatrix(const Array& xy, const Array& z) {
     }
   }
   return result;
-}
-
-RowMeaning meaningNamed(const std::string& rows) {
-  if (rows == "hold") return RowMeaning::hold;
-  if (rows == "instant") return RowMeaning::instant;
-  if (rows == "mean-before") return RowMeaning::meanBefore;
-  throw py::value_error("rows: expected 'hold', 'instant' or 'mean-before', got '" + rows + "'");
 }
 
 }  // namespace
@@ -125,7 +119,7 @@ void bindMotion(py::module_& module) {
       "instants. A twist holds until the next one's time.")
       .def(py::init([](std::size_t capacity, const std::string& rows) {
              MotionBuffer buffer(capacity);
-             buffer.setMeaning(meaningNamed(rows));
+             buffer.setMeaning(rowMeaningNamed(rows, {"rows", 0, ""}));
              return buffer;
            }),
            py::arg("capacity") = 1024, py::arg("rows") = "hold",

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "binding.h"
+#include "depth/statusNames.h"
 #include "depthservo/experiments/Compare.h"
 #include "depthservo/experiments/SweepFolder.h"
 #include "depthservo/observation/words.h"

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "depth/statusNames.h"
 #include "report/Plots.h"
 #include "report/RunFiles.h"
 #include "report/TimeRows.h"
@@ -102,19 +103,7 @@ Columns readFrames(const fs::path& file, const std::vector<std::string>& names,
   return columns;
 }
 
-/// Every depth status by name; features.csv has the name, the page its index here.
-const std::vector<std::string>& statusNames() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (int i = 0; i <= static_cast<int>(DepthStatus::lost); ++i) {
-      all.emplace_back(toString(static_cast<DepthStatus>(i)));
-    }
-    return all;
-  }();
-  return names;
-}
-
-/// unset when it has no such name.
+/// By the name in features.csv; the page has its number. unset when it has no such name.
 DepthStatus statusNamed(std::string_view name) {
   const auto found = std::find(statusNames().begin(), statusNames().end(), name);
   return found == statusNames().end() ? DepthStatus::unset
