@@ -109,4 +109,7 @@ DepthEstimate describePoint(const FilterPoint& p, const OdometryNoise::Step& noi
                             const InverseDepthFilterOptions& options, const DepthRange& range,
                             const ConsideredVariances& more = {});
 
+/// Lengths of rows in loops: whole vectors.
+inline int padded(int n) { return (n + 3) / 4 * 4; }
+
 }  // namespace depthservo::detail

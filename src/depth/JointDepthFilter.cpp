@@ -28,9 +28,6 @@ constexpr int kPatience = 15;
 /// A point joins instead of another when its relative sigma is less than this share of its.
 constexpr double kBetter = 0.5;
 
-/// Lengths of rows in loops: whole vectors.
-int padded(int n) { return (n + 3) / 4 * 4; }
-
 }  // namespace
 
 JointDepthFilter::JointDepthFilter(std::size_t capacity, const Options& options,
@@ -188,7 +185,7 @@ void JointDepthFilter::correctJoint(Slot& slot, const PointMeasurement& measurem
     return;
   }
   const InverseDepthFilterOptions& o = options_.filter;
-  const int p = row(slot.place), n = rows(), width = padded(n);
+  const int p = row(slot.place), n = rows(), width = detail::padded(n);
   const double r = detail::measurementVariance(measurement.sigma);
   const Row ux = P_[p], uy = P_[p + 1];
   const double Sxx = ux[p], Sxy = ux[p + 1], Syy = uy[p + 1];

@@ -19,9 +19,6 @@ constexpr double kStretch[] = {1, 2, 5};
 /// noise alone would give. Single changes count up to a limit, so as to be forgotten in time.
 constexpr double kChangeMemory_s = 0.5, kChanges = 3, kLargestChange = 1000;
 
-/// Lengths of rows in loops: whole vectors.
-int padded(int n) { return (n + 3) / 4 * 4; }
-
 /// The motion as it acts on (kappa x, kappa y, kappa chi): a point with its Z divided by kappa.
 Motion asMeasured(const Motion& motion, double kappa) {
   Motion seen = motion;
@@ -251,7 +248,7 @@ void JointDepthFilter::propagate(const std::array<PointStep, kJointPoints>& step
     for (int i = 0; i < common_; ++i) out[i] = in[i];
     for (int place = 0; place < places_; ++place) {
       const PointStep& s = steps[place];
-      const int p = row(place), width = padded(isToDiagonal ? p + 3 : n);
+      const int p = row(place), width = detail::padded(isToDiagonal ? p + 3 : n);
       for (int i = 0; i < 3; ++i) {
         const double a = s.F[i][0], b = s.F[i][1], c = s.F[i][2];
         Row& to = out[p + i];
@@ -266,7 +263,7 @@ void JointDepthFilter::propagate(const std::array<PointStep, kJointPoints>& step
   Square rowsDone, transposed;
   applied(P_, rowsDone, false);
   for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < padded(n); ++j) transposed[i][j] = j < n ? rowsDone[j][i] : 0;
+    for (int j = 0; j < detail::padded(n); ++j) transposed[i][j] = j < n ? rowsDone[j][i] : 0;
   }
   applied(transposed, P_, true);
 
@@ -279,7 +276,7 @@ void JointDepthFilter::propagate(const std::array<PointStep, kJointPoints>& step
   for (int i = common_; i < n; ++i) {
     Row& to = P_[i];
     const double g[] = {G[0][i], G[1][i], G[2][i], G[3][i], G[4][i], G[5][i]};
-    for (int j = 0, width = padded(i + 1); j < width; ++j) {
+    for (int j = 0, width = detail::padded(i + 1); j < width; ++j) {
       to[j] += g[0] * G[0][j] + g[1] * G[1][j] + g[2] * G[2][j] + g[3] * G[3][j] + g[4] * G[4][j] +
                g[5] * G[5][j];
     }

@@ -6,7 +6,7 @@
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/robots/MobileManipulator.h"
 #include "papers/DeLuca2008.h"
-#include "papers/EulerObserver.h"
+#include "depth/EulerObserver.h"
 
 namespace depthservo::deluca2008 {
 namespace {

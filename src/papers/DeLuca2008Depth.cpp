@@ -6,7 +6,7 @@
 
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "papers/DeLuca2008.h"
-#include "papers/EulerObserver.h"
+#include "depth/EulerObserver.h"
 #include "papers/rungeKutta.h"
 
 namespace depthservo::deluca2008 {
@@ -75,7 +75,7 @@ Vector3 continuousStep(const ObserverGains& k, const Vector3& P, const Vector3& 
     const Vector3 p = state.head<3>();
     Vector6d derivative;
     derivative << Vector3(-u.linear - u.angular.cross(p)),
-        observerRate(k, u, project(p), state.tail<3>());
+        EulerObserver::rate(k, u, project(p), state.tail<3>());
     return derivative;
   };
   return rungeKutta(rate, t, joint, dt).tail<3>();
@@ -86,7 +86,7 @@ Vector3 heldStep(const ObserverGains& k, const Vector2& held, const Vector3& est
                  double dt) {
   const int steps = std::max(1, static_cast<int>(std::lround(dt / 1e-3)));
   const auto rate = [&](double time, const Vector3& state) -> Vector3 {
-    return observerRate(k, twistAt(time), held, state);
+    return EulerObserver::rate(k, twistAt(time), held, state);
   };
   Vector3 next = estimate;
   for (int j = 0; j < steps; ++j) next = rungeKutta(rate, t + j * dt / steps, next, dt / steps);
@@ -100,7 +100,7 @@ Vector3 flowStep(const ObserverGains& k, const Vector2& now, const Vector3& esti
       flow(Motion::fromTwist(u, dt), {estimate.x(), estimate.y(), estimate.z()}).point;
   const Vector2 e = now - Vector2(p.x, p.y);
   return {p.x + k.k * dt * e.x(), p.y + k.k * dt * e.y(),
-          p.chi + k.k_3 * dt * excitation(u, now).dot(e)};
+          p.chi + k.k_3 * dt * EulerObserver::Omega(u, now).dot(e)};
 }
 
 std::vector<Sample> Experiment::run(Scheme scheme, double rate_Hz) const {
@@ -125,7 +125,7 @@ std::vector<Sample> Experiment::run(Scheme scheme, double rate_Hz) const {
         estimate = continuousStep(k, P_before, estimate, t, dt);
         break;
       case Scheme::euler:
-        estimate += dt * observerRate(k, twistAt(t), before, estimate);
+        estimate += dt * EulerObserver::rate(k, twistAt(t), before, estimate);
         break;
       case Scheme::held:
         estimate = heldStep(k, before, estimate, t, dt);

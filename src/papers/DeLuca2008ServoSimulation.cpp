@@ -6,6 +6,7 @@
 #include <limits>
 #include <thread>
 
+#include "depth/EulerObserver.h"
 #include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/features/FeatureMoments.h"
 #include "depthservo/rig/SimulatedRig.h"
@@ -14,7 +15,6 @@
 #include "observation/expectedPoints.h"
 #include "observation/makeEstimator.h"
 #include "papers/DeLuca2008Servo.h"
-#include "papers/EulerObserver.h"
 #include "robots/cameraJacobian.h"
 
 namespace depthservo::deluca2008 {

@@ -6,20 +6,21 @@
 #include "depthservo/depth/DepthEstimator.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
 
-namespace depthservo::deluca2008 {
+namespace depthservo {
 
-/// Omega: what a translation does to a point of inverse depth 1 1/m. \param p (x, y), normalised
-Eigen::Vector2d excitation(const Twist& u, const Eigen::Vector2d& p);
-
-/// The paper's observer (eq. 11-14) as a differential equation: d(x, y, chi)/dt, with drift and
-/// Omega at the measured point.
-Eigen::Vector3d observerRate(const ObserverGains& gains, const Twist& u,
-                             const Eigen::Vector2d& measured, const Eigen::Vector3d& estimate);
-
-/// The same by Euler's method: the state of image k + 1 from the measurement of image k and the
-/// twist between both.
+/// The observer of De Luca, Oriolo, Robuffo Giordano 2008 by Euler's method, as one would write it
+/// from the paper: the state of image k + 1 from the measurement of image k and the twist between
+/// both. It diverges at the rates of cameras; for comparison (`depth.euler`).
 class EulerObserver : public DepthEstimator {
  public:
+  /// Omega: what a translation does to a point of inverse depth 1 1/m. \param p (x, y), normalised
+  static Eigen::Vector2d Omega(const Twist& u, const Eigen::Vector2d& p);
+
+  /// Eq. 11-14 as a differential equation: d(x, y, chi)/dt, with drift and Omega at the measured
+  /// point.
+  static Eigen::Vector3d rate(const ObserverGains& gains, const Twist& u,
+                              const Eigen::Vector2d& measured, const Eigen::Vector3d& estimate);
+
   EulerObserver(const ObserverGains& gains, const DepthRange& range)
       : gains_(gains), range_(range) {}
 
@@ -37,4 +38,4 @@ class EulerObserver : public DepthEstimator {
   Eigen::Vector3d estimated_ = Eigen::Vector3d::UnitZ();  // x, y, chi
 };
 
-}  // namespace depthservo::deluca2008
+}  // namespace depthservo

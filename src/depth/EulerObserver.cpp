@@ -1,22 +1,23 @@
-#include "papers/EulerObserver.h"
+#include "depth/EulerObserver.h"
 
-namespace depthservo::deluca2008 {
+namespace depthservo {
 
-Eigen::Vector2d excitation(const Twist& u, const Eigen::Vector2d& p) {
+Eigen::Vector2d EulerObserver::Omega(const Twist& u, const Eigen::Vector2d& p) {
   return p * u.linear.z() - u.linear.head<2>();
 }
 
-Eigen::Vector3d observerRate(const ObserverGains& gains, const Twist& u,
-                             const Eigen::Vector2d& measured, const Eigen::Vector3d& estimate) {
+Eigen::Vector3d EulerObserver::rate(const ObserverGains& gains, const Twist& u,
+                                    const Eigen::Vector2d& measured,
+                                    const Eigen::Vector3d& estimate) {
   const double x = measured.x(), y = measured.y(), chi = estimate.z();
   const Eigen::Vector3d& w = u.angular;
-  const Eigen::Vector2d Omega = excitation(u, measured);
+  const Eigen::Vector2d W = Omega(u, measured);
   const Eigen::Vector2d drift(x * y * w.x() - (1 + x * x) * w.y() + y * w.z(),
                               (1 + y * y) * w.x() - x * y * w.y() - x * w.z());
   const Eigen::Vector2d e = measured - estimate.head<2>();
   Eigen::Vector3d rate;
-  rate.head<2>() = drift + Omega * chi + gains.k * e;
-  rate.z() = chi * chi * u.linear.z() + chi * (y * w.x() - x * w.y()) + gains.k_3 * Omega.dot(e);
+  rate.head<2>() = drift + W * chi + gains.k * e;
+  rate.z() = chi * chi * u.linear.z() + chi * (y * w.x() - x * w.y()) + gains.k_3 * W.dot(e);
   return rate;
 }
 
@@ -30,8 +31,10 @@ void EulerObserver::reset(const PointMeasurement& measurement, const DepthPrior&
 }
 
 void EulerObserver::predict(const Motion& motion) {
-  estimated_ += motion.dt * observerRate(gains_, motion.twist(), measured_, estimated_);
-  estimated_.z() = range_.clampChi(estimated_.z());
+  const Eigen::Vector3d next =
+      estimated_ + motion.dt * rate(gains_, motion.twist(), measured_, estimated_);
+  if (!next.allFinite()) return;
+  estimated_ << next.head<2>(), range_.clampChi(next.z());
 }
 
 void EulerObserver::correct(const PointMeasurement& measurement) {
@@ -47,4 +50,4 @@ DepthEstimate EulerObserver::estimate() const {
   return e;
 }
 
-}  // namespace depthservo::deluca2008
+}  // namespace depthservo
