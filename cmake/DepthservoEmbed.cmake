@@ -12,7 +12,7 @@ endif()
 
 function(depthservo_embed target type header)
   set(parts ${ARGN})
-  string(REGEX REPLACE "[a-z0-9]+=|;[a-z0-9]+=" ";" files "${parts}")
+  string(REGEX REPLACE "[A-Za-z0-9]+=|;[A-Za-z0-9]+=" ";" files "${parts}")
   string(REPLACE "," ";" files "${files}")
   list(REMOVE_ITEM files "")
   set(generated ${CMAKE_CURRENT_BINARY_DIR}/${type}.cpp)

@@ -4,7 +4,7 @@
 
 set(members "")
 foreach(part IN LISTS PARTS)
-  string(REGEX MATCH "^([a-z0-9]+)=(.*)$" matched "${part}")
+  string(REGEX MATCH "^([A-Za-z0-9]+)=(.*)$" matched "${part}")
   set(name ${CMAKE_MATCH_1})
   string(REPLACE "," ";" files "${CMAKE_MATCH_2}")
   string(APPEND members "      /*${name}=*/")

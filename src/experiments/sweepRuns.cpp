@@ -86,6 +86,26 @@ Keep keepFor(const Sweep& sweep) {
   return needsSigma ? Keep::theLastFrames : Keep::theOutcome;
 }
 
+SweepResult resultOf(const Sweep& sweep, std::size_t row, const std::vector<std::string>& overrides,
+                     const std::function<bool()>& isStopped) {
+  SweepResult result;
+  result.row = row;
+  Meter meter(isStopped, needsPoints(sweep));
+  try {
+    const Scenario scenario = sweep.scenario(sweep.row(row), overrides);
+    const RunLog log = run(scenario, &meter, keepFor(sweep));
+    if (meter.wasStopped()) return result;
+    result.outcome = toString(log.outcome);
+    result.reason = log.reason;
+    result.metrics = metricsOf(sweep, meter.result(log));
+  } catch (const InputError& error) {
+    result.outcome = kRefused;
+    result.reason = error.key().empty() ? error.message() : error.key() + ": " + error.message();
+    result.metrics.assign(sweep.options().metrics.size(), kUnknown);
+  }
+  return result;
+}
+
 /// Results on their way from many threads to the one that stores them.
 class Finished {
  public:
@@ -142,22 +162,21 @@ void runAll(const Sweep& sweep, const std::vector<std::size_t>& rows, int jobs,
 }  // namespace
 
 SweepResult runRow(const Sweep& sweep, std::size_t row, const std::function<bool()>& isStopped) {
-  SweepResult result;
-  result.row = row;
-  Meter meter(isStopped, needsPoints(sweep));
-  try {
-    const Scenario scenario = sweep.scenario(sweep.row(row));
-    const RunLog log = run(scenario, &meter, keepFor(sweep));
-    if (meter.wasStopped()) return result;
-    result.outcome = toString(log.outcome);
-    result.reason = log.reason;
-    result.metrics = metricsOf(sweep, meter.result(log));
-  } catch (const InputError& error) {
-    result.outcome = kRefused;
-    result.reason = error.key().empty() ? error.message() : error.key() + ": " + error.message();
-    result.metrics.assign(sweep.options().metrics.size(), kUnknown);
-  }
-  return result;
+  return resultOf(sweep, row, {}, isStopped);
+}
+
+std::vector<SweepResult> runRows(const Sweep& sweep, const std::vector<std::size_t>& rows,
+                                 const std::vector<std::string>& overrides) {
+  std::vector<SweepResult> results(rows.size());
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, rows.size(), 1),
+      [&](const tbb::blocked_range<std::size_t>& range) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+          results[i] = resultOf(sweep, rows[i], overrides, [] { return false; });
+        }
+      },
+      tbb::simple_partitioner());
+  return results;
 }
 
 double SweepProgress::left_s() const {

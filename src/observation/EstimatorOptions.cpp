@@ -61,6 +61,10 @@ void check(const EstimatorOptions& depth, const Refuse& refuse) {
     refuse("object",
            fmt::format("needs the estimator nonlinear, not {}", toString(depth.estimator)));
   }
+  if (depth.euler && (depth.estimator != EstimatorKind::nonlinear || depth.object)) {
+    refuse("euler", fmt::format("needs the estimator nonlinear, not {}, and a depth for each point",
+                                toString(depth.estimator)));
+  }
   if (depth.gains.k.has_value() != depth.gains.k_3.has_value()) {
     refuse(depth.gains.k ? "gains.k" : "gains.k_3",
            "k and k_3 go together; give both, or settling and W_min");

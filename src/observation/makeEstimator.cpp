@@ -16,6 +16,7 @@
 #include "depthservo/depth/WindowDepthEstimator.h"
 #include "depthservo/pose/FrameRateConditions.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
+#include "depth/EulerObserver.h"
 
 namespace depthservo {
 namespace {
@@ -87,6 +88,7 @@ std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
     case EstimatorKind::twoFrame:
       return pointwise(TwoFrameLeastSquares(range));
     case EstimatorKind::nonlinear: {
+      if (setup.depth.euler) return pointwise(EulerObserver(setup.depth.gains.observer(), range));
       NonlinearObserverOptions options;
       options.gains = setup.depth.gains.observer();
       options.odometry = setup.odometry;

@@ -1,11 +1,13 @@
-#include "papers/DeLuca2008Servo.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "depthservo/experiments/SweepFolder.h"
+#include "depthservo/scenario/run.h"
 #include "papers/DeLuca2008.h"
+#include "papers/EmbeddedSweeps.h"
 
 namespace depthservo::deluca2008 {
 namespace {
@@ -13,173 +15,137 @@ namespace {
 /// Index into the palette of the figures, after those of the guesses.
 constexpr int kStartColour = 5;
 
-constexpr double kPointStart_Z = 3.9, kMomentStart_Z = 4.1;  // [m]
+/// Of a row: features if there is a choice, depths, guess, start.
+using Cells = std::vector<std::string>;
 
-const std::vector<double> kPointGuesses = {1.6, 3, 5, 8};      // [m]
-const std::vector<double> kMomentGuesses = {.9, 3, 5, 8, 16};  // [m]
+const std::vector<std::string> kPointGuesses = {"1.6", "3", "5", "8"};         // [m]
+const std::vector<std::string> kMomentGuesses = {"0.9", "3", "5", "8", "16"};  // [m]
 
-/// The same servo from the same starts with several guesses.
-class Sweep {
+/// The servo from the same starts, with the depth from several sources and guesses: rows of a
+/// sweep of data/sweeps/deluca2008.
+class Experiment {
  public:
-  Sweep(const Arrangement& arrangement, std::vector<Start> starts, Method method,
-        const std::vector<double>& guesses, const Circumstances& circumstances = {})
-      : isOfPoints_(method.features == FeatureChoice::points), starts_(starts.size()) {
-    for (const double guess : guesses) {
-      method.guess = guess;
-      byGuess_.push_back(servoFromAll(arrangement, starts, method, circumstances));
-    }
+  /// \param id of its rows in data/papers
+  Experiment(std::string id, std::string_view text, std::string_view scenario,
+             std::vector<std::string> guesses, std::string features = "")
+      : id_(std::move(id)),
+        guesses_(std::move(guesses)),
+        features_(std::move(features)),
+        sweep_(std::make_shared<const Sweep>(
+            Sweep::Source{"deluca2008", std::string(text), "scenario", std::string(scenario)})) {
+    std::map<Cells, std::size_t> rows;
+    for (std::size_t i = 0; i < sweep_->size(); ++i) rows[sweep_->row(i).cells] = i;
+    rows_ = std::make_shared<const std::map<Cells, std::size_t>>(std::move(rows));
+    for (const SweepCase& start : sweep_->options().axes.back().cases)
+      starts_.push_back(start.name);
   }
 
-  bool isReached(std::size_t guess, std::size_t start) const {
-    const Course& course = byGuess_[guess][start];
-    return isOfPoints_ ? course.reachedPoints() : course.reachedMoments();
-  }
-  bool isReachedFromAll(std::size_t start) const {
-    for (std::size_t guess = 0; guess < byGuess_.size(); ++guess) {
-      if (!isReached(guess, start)) return false;
-    }
-    return true;
-  }
-  bool isLostFromAll(std::size_t start) const {
-    return std::none_of(byGuess_.begin(), byGuess_.end(),
-                        [&](const auto& courses) { return courses[start].stayedInImage; });
+  /// The same through images, from some of the starts.
+  Experiment throughImages(std::vector<std::string> from) const {
+    Experiment seen = *this;
+    seen.id_ += "/images";
+    seen.starts_ = std::move(from);
+    seen.overrides_ = {"sensing.source=image"};
+    return seen;
   }
 
-  /// Starts from which the goal is reached with this guess.
-  int reached(std::size_t guess) const {
-    int count = 0;
-    for (std::size_t start = 0; start < starts_; ++start) count += isReached(guess, start);
-    return count;
+  const std::string& id() const { return id_; }
+  const std::vector<std::string>& guesses() const { return guesses_; }
+  const std::vector<std::string>& starts() const { return starts_; }
+
+  /// How the servo ends, by start. \param depths, guess as in the sweep
+  std::vector<std::string> outcomes(const std::string& depths, const std::string& guess) const {
+    std::vector<std::size_t> rows;
+    for (const std::string& start : starts_) rows.push_back(row(depths, guess, start));
+    std::vector<std::string> outcomes;
+    for (SweepResult& result : runRows(*sweep_, rows, overrides_)) {
+      outcomes.push_back(std::move(result.outcome));
+    }
+    return outcomes;
   }
-  /// Starts from which a dot leaves the image with this guess.
-  int lost(std::size_t guess) const {
-    const auto& courses = byGuess_[guess];
-    return static_cast<int>(std::count_if(courses.begin(), courses.end(), [](const Course& course) {
-      return !course.stayedInImage;
-    }));
-  }
-  /// The same as `reached` with each of the guesses.
-  int reachedFromAll() const {
-    int count = 0;
-    for (std::size_t start = 0; start < starts_; ++start) count += isReachedFromAll(start);
-    return count;
+
+  /// Everything of one run through images, to its very end.
+  RunLog log(const std::string& depths, const std::string& guess, const std::string& start) const {
+    const Sweep::Row one = sweep_->row(row(depths, guess, start));
+    return run(sweep_->scenario(one, {"sensing.source=image", "control.tolerance=0.1"}));
   }
 
  private:
-  bool isOfPoints_;
-  std::size_t starts_;
-  std::vector<std::vector<Course>> byGuess_;
-};
-
-/// One experiment: its camera, features and guesses.
-struct Experiment {
-  std::string id;
-  Arrangement arrangement;
-  FeatureChoice features;
-  std::vector<double> guesses;
-  double start_Z;
-
-  std::vector<Start> starts() const { return startsOfTables(arrangement, start_Z); }
-  Sweep sweep(const std::vector<Start>& from, DepthSource depth,
-              const Circumstances& circumstances = {}) const {
-    const bool isToldTheTruth = depth == DepthSource::truth;
-    return Sweep(arrangement, from, {features, depth},
-                 isToldTheTruth ? std::vector<double>{1} : guesses, circumstances);
+  std::size_t row(const std::string& depths, const std::string& guess,
+                  const std::string& start) const {
+    Cells cells{depths, guess, start};
+    if (!features_.empty()) cells.insert(cells.begin(), features_);
+    return rows_->at(cells);
   }
+
+  std::string id_;
+  std::vector<std::string> guesses_;
+  std::string features_;  ///< empty: there is no choice
+  std::shared_ptr<const Sweep> sweep_;
+  std::shared_ptr<const std::map<Cells, std::size_t>> rows_;
+  std::vector<std::string> overrides_;
+  std::vector<std::string> starts_;
 };
+
+int count(const std::vector<std::string>& outcomes, Outcome outcome) {
+  return static_cast<int>(std::count(outcomes.begin(), outcomes.end(), toString(outcome)));
+}
+
+/// Starts from which the servo ends so with each of the guesses.
+std::vector<bool> always(const Experiment& experiment, const std::string& depths, Outcome outcome) {
+  std::vector<bool> all(experiment.starts().size(), true);
+  for (const std::string& guess : experiment.guesses()) {
+    const std::vector<std::string> outcomes = experiment.outcomes(depths, guess);
+    for (std::size_t i = 0; i < all.size(); ++i)
+      all[i] = all[i] && outcomes[i] == toString(outcome);
+  }
+  return all;
+}
+
+int reachedFromAll(const Experiment& experiment, const std::string& depths) {
+  const std::vector<bool> reached = always(experiment, depths, Outcome::converged);
+  return static_cast<int>(std::count(reached.begin(), reached.end(), true));
+}
 
 /// From how many starts the goal is reached, by source of the depth.
-void addSuccess(Measurements& measured, const Experiment& experiment,
-                const std::vector<Start>& starts, const Circumstances& circumstances = {}) {
-  const auto id = [&](const std::string& rest) { return experiment.id + "/" + rest; };
-  const int truth = experiment.sweep(starts, DepthSource::truth, circumstances).reached(0);
+void addSuccess(Measurements& measured, const Experiment& experiment) {
+  const auto id = [&](const std::string& rest) { return experiment.id() + "/" + rest; };
+  const int truth =
+      count(experiment.outcomes("true", experiment.guesses().front()), Outcome::converged);
   measured.add(id("true-depth"), truth);
-  for (const auto& [name, depth] :
-       {std::pair{"observer", DepthSource::observer}, {"object", DepthSource::object}}) {
-    const int reached = experiment.sweep(starts, depth, circumstances).reachedFromAll();
-    measured.add(id(name), reached,
+  for (const std::string depths : {"observer", "object"}) {
+    const int reached = reachedFromAll(experiment, depths);
+    measured.add(id(depths), reached,
                  reached < truth
                      ? fmt::format("{} of the true depths' {} starts fail with one of the guesses",
                                    truth - reached, truth)
                      : "");
   }
-  const Sweep constant = experiment.sweep(starts, DepthSource::constant, circumstances);
-  for (std::size_t i = 0; i < experiment.guesses.size(); ++i) {
-    const int lost = constant.lost(i);
-    measured.add(id(fmt::format("constant/{:g}", experiment.guesses[i])), constant.reached(i),
+  for (const std::string& guess : experiment.guesses()) {
+    const std::vector<std::string> outcomes = experiment.outcomes("constant", guess);
+    const int lost = count(outcomes, Outcome::leftImage);
+    measured.add(id("constant/" + guess), count(outcomes, Outcome::converged),
                  lost == 0 ? "never leaves the image"
                            : fmt::format("leaves the image from {} starts", lost));
   }
 }
 
-Experiment pointExperiment(ImageSize size) {
-  return {size == ImageSize::vga ? "7.2/640x480" : "7.2/1024x768", pointArrangement(size),
-          FeatureChoice::points, kPointGuesses, kPointStart_Z};
-}
-
-Experiment momentExperiment(ImageSize size, FeatureChoice features) {
-  return {fmt::format("7.3/{}{}", size == ImageSize::vga ? "640x480" : "1024x768",
-                      features == FeatureChoice::momentsInPixels ? "/pixels" : ""),
-          momentArrangement(size), features, kMomentGuesses, kMomentStart_Z};
-}
-
-/// What else the specification found on sec. 7.2.
-void addPointFindings(Measurements& measured, const Experiment& experiment) {
-  const auto starts = experiment.starts();
-  const auto counted = [&](const Method& method, const Circumstances& circumstances = {}) {
-    return Sweep(experiment.arrangement, starts, method, experiment.guesses, circumstances)
-        .reachedFromAll();
-  };
-  measured.add(experiment.id + "/observer/slower",
-               counted({FeatureChoice::points, DepthSource::observer, 1, 8000}));
-  measured.add(experiment.id + "/euler", counted({FeatureChoice::points, DepthSource::euler}));
-  if (experiment.arrangement.camera.width != 640) return;
-  Circumstances fast;
-  fast.isSpeedLimited = false;
-  measured.add(experiment.id + "/euler/no-speed-limit",
-               counted({FeatureChoice::points, DepthSource::euler}, fast));
-  const Sweep goalDepth(experiment.arrangement, starts,
-                        {FeatureChoice::points, DepthSource::constant},
-                        {experiment.arrangement.Z_goal});
-  measured.add(experiment.id + "/constant/goal", goalDepth.reached(0));
-}
-
 /// Starts from which the observer reaches the goal with all guesses and all four constants leave
 /// the image: the contrast that the paper shows.
-void addContrast(Measurements& measured, const Experiment& experiment, const std::string& id,
-                 const Circumstances& circumstances) {
-  const auto starts = startsOfSearch(experiment.arrangement);
-  const Sweep observed = experiment.sweep(starts, DepthSource::object, circumstances);
-  const Sweep constant = experiment.sweep(starts, DepthSource::constant, circumstances);
-  int ours = 0;
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    ours += observed.isReachedFromAll(i) && constant.isLostFromAll(i);
-  }
-  measured.add(experiment.id + id, ours,
+void addContrast(Measurements& measured, const Experiment& experiment, const std::string& id) {
+  const std::vector<bool> observed = always(experiment, "object", Outcome::converged);
+  const std::vector<bool> lost = always(experiment, "constant", Outcome::leftImage);
+  int both = 0;
+  for (std::size_t i = 0; i < lost.size(); ++i) both += observed[i] && lost[i] ? 1 : 0;
+  measured.add(id, both,
                fmt::format("the observer reaches the goal with all guesses from {} of {} starts",
-                           observed.reachedFromAll(), starts.size()));
+                           std::count(observed.begin(), observed.end(), true), observed.size()));
 }
 
-Circumstances throughImages() {
-  Circumstances circumstances;
-  circumstances.throughImages = true;
-  return circumstances;
-}
-
-/// A slow loop: commands 0.3 s late, drives of 0.4 s.
-Circumstances slowLoop() {
-  Circumstances circumstances;
-  circumstances.delay = 9;
-  circumstances.lag_s = 0.4;
-  return circumstances;
-}
-
-/// The same through images. Without `full` from four starts with the robot straight ahead.
-void addImages(Measurements& measured, Experiment experiment, bool full) {
-  std::vector<Start> starts = experiment.starts();
-  if (!full) starts = {starts[2], starts[12], starts[22], starts[32]};
-  experiment.id += "/images";
-  addSuccess(measured, experiment, starts, throughImages());
+/// The starts with the robot straight ahead, every other of them.
+std::vector<std::string> fourStraight(const Experiment& experiment) {
+  const std::vector<std::string>& all = experiment.starts();
+  return {all[2], all[12], all[22], all[32]};
 }
 
 /// What a servo from one start does with several guesses.
@@ -188,21 +154,19 @@ struct Story {
   Panel depth = Panel::labelled("", "time [s]", "used / true depth");
   Panel error = Panel::labelled("", "time [s]", "distance from goal [px]");
 
-  void add(const Course& course, double guess, int colour) {
+  void add(const RunLog& log, const std::string& guess, int colour) {
     const Curve unnamed = Curve::named("", Curve::Style::line, colour);
-    std::vector<Curve> dots(4, unnamed);
-    dots[0].title = fmt::format("{:g} m", guess);
+    std::vector<Curve> dots(log.goals.size(), unnamed);
+    dots[0].title = guess + " m";
     Curve ratio = unnamed, distance = unnamed;
-    for (const Instant& instant : course.path) {
-      double used = 0, squares = 0;
-      for (std::size_t i = 0; i < dots.size(); ++i) {
-        dots[i].add(instant.pixels[i].x(), instant.pixels[i].y());
-        used += instant.Z_used[i] / instant.Z[i] / static_cast<double>(dots.size());
-        squares +=
-            (instant.pixels[i] - course.goal[i]).squaredNorm() / static_cast<double>(dots.size());
+    for (const FrameRecord& frame : log.frames) {
+      double used = 0;
+      for (const FeatureRecord& dot : frame.features) {
+        dots[static_cast<std::size_t>(dot.id)].add(dot.u_true, dot.v_true);
+        used += dot.estimate.Z() / dot.Z_true / static_cast<double>(frame.features.size());
       }
-      ratio.add(instant.time_s, used);
-      distance.add(instant.time_s, std::sqrt(squares));
+      ratio.add(frame.time_s, used);
+      distance.add(frame.time_s, frame.error_px);
     }
     image.curves.insert(image.curves.end(), dots.begin(), dots.end());
     depth.curves.push_back(ratio);
@@ -211,31 +175,28 @@ struct Story {
 };
 
 /// With the depth observed, or as guessed.
-Story storyOf(const Experiment& experiment, const Start& start, const Circumstances& circumstances,
-              bool isObserved) {
+Story storyOf(const Experiment& experiment, const std::string& start, bool isObserved) {
   Story story;
-  int stayed = 0;
+  int left = 0;
   Curve starts = Curve::named("start", Curve::Style::points, kStartColour);
   Curve goals = Curve::named("goal", Curve::Style::points, Curve::kBlack);
-  for (std::size_t g = 0; g < experiment.guesses.size(); ++g) {
-    const Course course =
-        servo(experiment.arrangement, start,
-              {experiment.features, isObserved ? DepthSource::object : DepthSource::constant,
-               experiment.guesses[g]},
-              circumstances, Keep::everything);
-    story.add(course, experiment.guesses[g], static_cast<int>(g));
-    stayed += course.stayedInImage;
+  PinholeCamera camera;
+  for (std::size_t g = 0; g < experiment.guesses().size(); ++g) {
+    const std::string& guess = experiment.guesses()[g];
+    const RunLog log = experiment.log(isObserved ? "object" : "constant", guess, start);
+    story.add(log, guess, static_cast<int>(g));
+    left += log.outcome == Outcome::leftImage ? 1 : 0;
     if (g > 0) continue;
-    for (const Eigen::Vector2d& pixel : course.path.front().pixels)
-      starts.add(pixel.x(), pixel.y());
-    for (const Eigen::Vector2d& pixel : course.goal) goals.add(pixel.x(), pixel.y());
+    camera = log.camera;
+    for (const FeatureRecord& dot : log.frames.front().features) {
+      starts.add(dot.u_true, dot.v_true);
+    }
+    for (const Eigen::Vector2d& pixel : log.goals) goals.add(pixel.x(), pixel.y());
   }
-  const int left = static_cast<int>(experiment.guesses.size()) - stayed;
-  story.image.title =
-      fmt::format("the depth {}: {}", isObserved ? "is observed" : "stays as guessed",
-                  left == 0 ? "all reach the goal"
-                            : fmt::format("{} of {} leave the image", left, stayed + left));
-  const PinholeCamera& camera = experiment.arrangement.camera;
+  story.image.title = fmt::format(
+      "the depth {}: {}", isObserved ? "is observed" : "stays as guessed",
+      left == 0 ? "none leaves the image"
+                : fmt::format("{} of {} leave the image", left, experiment.guesses().size()));
   story.image.axes = Panel::Axes::image;
   story.image.xRange = {0., static_cast<double>(camera.width)};
   story.image.yRange = {0., static_cast<double>(camera.height)};
@@ -250,10 +211,10 @@ Story storyOf(const Experiment& experiment, const Start& start, const Circumstan
 }
 
 /// Side by side.
-Figure contrastFigure(const std::string& name, const Experiment& experiment, const Start& start,
-                      const Circumstances& circumstances) {
-  const Story observed = storyOf(experiment, start, circumstances, true);
-  const Story guessed = storyOf(experiment, start, circumstances, false);
+Figure contrastFigure(const std::string& name, const Experiment& experiment,
+                      const std::string& start) {
+  const Story observed = storyOf(experiment, start, true);
+  const Story guessed = storyOf(experiment, start, false);
   Figure figure;
   figure.name = name;
   figure.columns = 2;
@@ -262,46 +223,47 @@ Figure contrastFigure(const std::string& name, const Experiment& experiment, con
   return figure;
 }
 
-void addFigures(std::vector<Figure>& figures) {
-  const Experiment points = pointExperiment(ImageSize::vga),
-                   large = pointExperiment(ImageSize::xga),
-                   moments = momentExperiment(ImageSize::vga, FeatureChoice::moments);
-  constexpr double kDegree = M_PI / 180;
-  figures.push_back(contrastFigure("points", points,
-                                   {points.starts().front().X, kPointStart_Z, -15 * kDegree},
-                                   throughImages()));
-  figures.push_back(
-      contrastFigure("points-latency", large, {0, kPointStart_Z, 30 * kDegree}, slowLoop()));
-  figures.push_back(contrastFigure(
-      "moments", moments, {moments.starts().back().X, kMomentStart_Z, 0}, throughImages()));
-}
-
 }  // namespace
 
 void addServoExperiments(Experiments& r, const ReproduceOptions& options) {
   Measurements& measured = r.measured;
-  const Experiment vga = pointExperiment(ImageSize::vga), xga = pointExperiment(ImageSize::xga);
+  const EmbeddedSweeps& sweeps = embeddedSweeps();
+  const Experiment vga("7.2/640x480", sweeps.points640, sweeps.points, kPointGuesses);
+  const Experiment xga("7.2/1024x768", sweeps.points1024, sweeps.points, kPointGuesses);
   for (const Experiment& points : {vga, xga}) {
-    addSuccess(measured, points, points.starts());
-    addPointFindings(measured, points);
+    addSuccess(measured, points);
+    measured.add(points.id() + "/observer/slower", reachedFromAll(points, "slower"));
+    measured.add(points.id() + "/euler", reachedFromAll(points, "euler"));
   }
-  addContrast(measured, vga, "/contrast", {});
-  addContrast(measured, xga, "/contrast/latency", slowLoop());
-  addImages(measured, vga, options.full);
-  if (options.full) addContrast(measured, vga, "/contrast/images", throughImages());
+  measured.add(vga.id() + "/euler/no-speed-limit", reachedFromAll(vga, "euler-fast"));
+  measured.add(vga.id() + "/constant/goal",
+               count(vga.outcomes("constant", "0.97"), Outcome::converged));
 
-  for (const ImageSize size : {ImageSize::vga, ImageSize::xga}) {
-    for (const FeatureChoice features : {FeatureChoice::moments, FeatureChoice::momentsInPixels}) {
-      const Experiment experiment = momentExperiment(size, features);
-      addSuccess(measured, experiment, experiment.starts());
-    }
+  const Experiment search(vga.id(), sweeps.search640, sweeps.points, kPointGuesses);
+  const Experiment late(xga.id(), sweeps.search1024late, sweeps.points, kPointGuesses);
+  addContrast(measured, search, search.id() + "/contrast");
+  addContrast(measured, late, late.id() + "/contrast/latency");
+  addSuccess(measured, vga.throughImages(options.full ? vga.starts() : fourStraight(vga)));
+  if (options.full) {
+    addContrast(measured, search.throughImages(search.starts()), search.id() + "/contrast/images");
   }
-  const Experiment moments = momentExperiment(ImageSize::vga, FeatureChoice::moments);
-  const Sweep loose(moments.arrangement, moments.starts(),
-                    {FeatureChoice::moments, DepthSource::observer, 1, 44000, 0.05}, {0.9});
-  measured.add(moments.id + "/loose-clamp", loose.reached(0));
-  addImages(measured, moments, options.full);
-  addFigures(r.figures);
+
+  std::vector<Experiment> moments;
+  for (const auto& [size, text] :
+       {std::pair{"640x480", sweeps.moments640}, {"1024x768", sweeps.moments1024}}) {
+    const std::string id = fmt::format("7.3/{}", size);
+    moments.emplace_back(id, text, sweeps.moments, kMomentGuesses, "normalised");
+    moments.emplace_back(id + "/pixels", text, sweeps.moments, kMomentGuesses, "pixels");
+  }
+  for (const Experiment& experiment : moments) addSuccess(measured, experiment);
+  const Experiment& first = moments.front();
+  measured.add(first.id() + "/loose-clamp",
+               count(first.outcomes("loose", "0.9"), Outcome::converged));
+  addSuccess(measured, first.throughImages(options.full ? first.starts() : fourStraight(first)));
+
+  r.figures.push_back(contrastFigure("points", vga, "-0.99 m -15 deg"));
+  r.figures.push_back(contrastFigure("points-latency", late, "+0.00 m +30 deg"));
+  r.figures.push_back(contrastFigure("moments", first, "+1.05 m +0 deg"));
 }
 
 }  // namespace depthservo::deluca2008

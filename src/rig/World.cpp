@@ -92,6 +92,7 @@ void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
         unicycle_->setDisturbance(disturbance_);
       }
     }
+    takeCommands();
     const double until = std::min(time_s, rowTime(rows_)), duration_s = until - time_s_;
     const double period_s = rowTime(rows_) - time_s_;  // where a row begins
     // A base whose rows hold takes a command when a row begins, and then does what the row says.
@@ -110,6 +111,22 @@ void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
     time_s_ = until;
     if (!holds && time_s_ == rowTime(rows_))
       addRow(odometry.rows == RowMeaning::instant ? twist : meanTwist());
+  }
+}
+
+void World::setCommand(const Eigen::VectorXd& command) {
+  const double dead_time = options_.robot.dead_time;
+  if (dead_time == 0) {
+    command_ = command;
+  } else {
+    underway_.push_back({fileTime(time_s_ + dead_time), command});
+  }
+}
+
+void World::takeCommands() {
+  while (!underway_.empty() && underway_.front().from_s <= time_s_) {
+    command_ = std::move(underway_.front().velocities);
+    underway_.pop_front();
   }
 }
 

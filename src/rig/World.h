@@ -3,6 +3,7 @@
 #include <visp3/core/vpImage.h>
 
 #include <array>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -35,7 +36,7 @@ class World {
   /// rows that begin on the way are appended to `odometry()`. \param beforeRow called when one
   /// begins, may give another command
   void advanceTo(double time_s, const std::function<void()>& beforeRow = {});
-  void setCommand(const Eigen::VectorXd& command) { command_ = command; }
+  void setCommand(const Eigen::VectorXd& command);
 
   /// All rows so far, as the odometry's `rows` have it.
   const std::vector<OdometryRow>& odometry() const { return odometry_; }
@@ -83,6 +84,7 @@ class World {
   void printBoard(SyntheticView& view) const;
   void print(SyntheticView& view, std::size_t first, std::size_t count,
              const std::array<std::size_t, 4>& outer, std::size_t patches) const;
+  void takeCommands();
   void moveTarget(double until_s);
   Twist targetTwist(double time_s) const;
   Twist twistRelativeToTarget() const;
@@ -106,6 +108,11 @@ class World {
   LastingNoise slip_, wander_;
   double time_s_ = 0;
   std::uint64_t images_ = 0, rows_ = 0, looks_ = 0;
+  struct Command {
+    double from_s;
+    Eigen::VectorXd velocities;
+  };
+  std::deque<Command> underway_;  // to the drives, which have a dead time
   Eigen::VectorXd command_;
   Eigen::Vector2d disturbance_ = Eigen::Vector2d::Zero();  // of (v, w)
   Eigen::Vector2d wheels_ = Eigen::Vector2d::Zero();  // way of the left and of the right one [m]

@@ -34,10 +34,16 @@ void describeServo(Fields& f, ControlOptions& control) {
             "factor of the gain while a sigma of inverse depth is above half of it and the rms "
             "image error above a tenth of the image's width"},
            control.gain_in_doubt, Range::above(0, 1), "");
-  f.number({"tolerance",
-            "rms image error at which the task is done; of the mean positions over 2 s, so that "
-            "noise does not count"},
-           control.tolerance, Range::above(0, 1000), "px");
+  f.number(
+      {"tolerance",
+       "rms image error at which the task is done; of the mean positions over 2 s, 1 s and 0.5 s, "
+       "so that neither noise nor a swing counts"},
+      control.tolerance, Range::above(0, 1000), "px");
+  f.flag(
+      {"all_in_image",
+       "the run ends, `left-image`, as soon as one point is outside the image; false: when fewer "
+       "than three are in it for 2 s, or the others cannot be predicted"},
+      control.all_in_image);
   f.choice<ServoDepth>(
       {"depth",
        "what the task is given; blended: the estimate and the depth at the goal, weighted by their "

@@ -135,6 +135,11 @@ void describe(Fields& f, EstimatorOptions& depth) {
   describeRange(f, depth);
   describeErrors(f, depth);
   describeObject(f, depth);
+  f.flag(
+      {"euler",
+       "the nonlinear observer by Euler's method, as printed in De Luca et al. 2008: diverges at "
+       "the rates of cameras; for comparison"},
+      depth.euler);
   f.section({"gains", "of the nonlinear observer: `settling` and `W_min`, or `k` and `k_3`"},
             [&](Fields& gains) { describe(gains, depth.gains); });
   f.section({"joint", kJoint}, [&](Fields& joint) { describe(joint, depth.joint); });

@@ -39,8 +39,8 @@ void describe(Fields& f, ArmOptions& arm) {
 }
 
 void describe(Fields& f, RobotLimits& limits) {
-  const Range rate = Range::above(0, 20), acceleration = Range::above(0, 1000);
-  f.number({"v", "linear velocity, of each axis"}, limits.v, ranges::kLength, "m/s");
+  const Range speed = Range::above(0, 1000), rate = speed, acceleration = speed;
+  f.number({"v", "linear velocity, of each axis"}, limits.v, speed, "m/s");
   f.number({"w", "angular velocity"}, limits.w, rate, "rad/s");
   f.number({"dv", "linear acceleration"}, limits.dv, acceleration, "m/s^2");
   f.number({"dw", "angular acceleration"}, limits.dw, acceleration, "rad/s^2");
@@ -121,6 +121,10 @@ void describe(Fields& f, RobotOptions& robot) {
   describeLimits(f, robot);
   f.number({"lag", "time constant of the drives, first order (unicycle); 0: none"}, robot.lag,
            {0, 5}, "s");
+  f.number(
+      {"dead_time",
+       "commands take effect so much later, when a row of odometry begins or an image is taken"},
+      robot.dead_time, {0, 2}, "s");
 }
 
 void describe(Fields& f, RobotFile& file) {

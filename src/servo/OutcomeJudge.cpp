@@ -33,6 +33,7 @@ OutcomeJudge::OutcomeJudge(const PinholeCamera& camera, const ControlOptions& co
       tolerance_px_(control.tolerance),
       Z_min_(Z_min),
       wait_s_(control.hidden_wait),
+      allInImage_(control.all_in_image),
       needed_(std::min(kNeeded, points)),
       noun_(noun) {}
 
@@ -65,6 +66,7 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::atExposure(double time_s,
   }
   if (outside && outside != outside_) outsideAt_ = truth[*outside];
   outside_ = outside;
+  if (outside_ && allInImage_) return leftImage("(control.all_in_image)");
   away_.update(inside < needed_, time_s);
   if (!away_.lasts(kAway_s, time_s)) return std::nullopt;
   return leftImage(
@@ -101,9 +103,16 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const RunLog& lo
   }
 
   const auto error = [&] { return meanImageError(log, frame.time_s - kHold_s, frame.time_s); };
+  /// A mean over a whole swing is small: its last parts must be so, too.
+  const auto isSteady = [&] {
+    for (const double part : {0.5, 0.25}) {
+      if (meanImageError(log, now_s - part * kHold_s, now_s) > tolerance_px_) return false;
+    }
+    return true;
+  };
   const bool isFar = running_.follow(log) > tolerance_px_ + kRounding_px;
   const double error_px = !isFar && tracking_.lasts(kHold_s, now_s) ? error() : kUnknown;
-  if (error_px < tolerance_px_ && isSeen(log)) {
+  if (error_px < tolerance_px_ && isSteady() && isSeen(log)) {
     return Verdict{Outcome::converged,
                    fmt::format("image error {:.2f} px rms over the last {:g} s, "
                                "tolerance {:g} px",

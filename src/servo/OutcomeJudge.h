@@ -71,6 +71,7 @@ class OutcomeJudge {
 
   PinholeCamera camera_;
   double tolerance_px_, Z_min_, wait_s_;
+  bool allInImage_;
   std::size_t needed_;  // points
   const char* noun_;
   double firstError_px_ = kUnknown;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "depthservo/report/Metrics.h"
@@ -100,6 +101,29 @@ TEST_F(ServoLoopTest, a_moving_target_moves_as_its_twist_says) {
   EXPECT_NEAR(log.frames.front().features[0].Z_true, 1.2, 1e-12);
   EXPECT_NEAR(log.frames[15].features[0].Z_true, 1.3, 1e-6);
   EXPECT_NEAR(log.frames.back().features[0].Z_true, 1.4, 1e-6);
+}
+
+/// Commands that come late make the camera swing about its goal, about once in two seconds: the
+/// mean positions over 2 s are soon right, the camera is not.
+TEST_F(ServoLoopTest, a_swing_is_not_convergence) {
+  const RunLog log = run(kFree, {"control.gain=3", "robot.dead_time=0.45", "duration=60"});
+  ASSERT_EQ(log.outcome, Outcome::converged) << log.reason;
+  const auto worstUntil = [&](double time_s) {
+    double worst_px = 0;
+    for (const FrameRecord& frame : log.frames) {
+      if (frame.time_s <= time_s && frame.time_s > time_s - 0.5) {
+        worst_px = std::max(worst_px, frame.error_px);
+      }
+    }
+    return worst_px;
+  };
+  const auto isMeanSmall = [&](const FrameRecord& frame) {
+    return frame.time_s > 2 && meanImageError(log, frame.time_s - 2, frame.time_s) < 1;
+  };
+  const auto early = std::find_if(log.frames.begin(), log.frames.end(), isMeanSmall);
+  ASSERT_NE(early, log.frames.end());
+  EXPECT_GT(worstUntil(early->time_s), 4);
+  EXPECT_LT(worstUntil(log.frames.back().time_s), 2);
 }
 
 }  // namespace

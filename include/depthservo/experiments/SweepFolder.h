@@ -63,6 +63,10 @@ class SweepFolder {
 /// whose outcome is empty
 SweepResult runRow(const Sweep& sweep, std::size_t row, const std::function<bool()>& isStopped);
 
+/// These rows in turn, on all processors. \param overrides "key=value" each, over those of a row
+std::vector<SweepResult> runRows(const Sweep& sweep, const std::vector<std::size_t>& rows,
+                                 const std::vector<std::string>& overrides = {});
+
 struct SweepProgress {
   std::size_t done = 0, total = 0;  ///< of this shard
   double elapsed_s = 0;

@@ -74,6 +74,7 @@ struct EstimatorOptions {
   double initial = 1;                ///< first guess for every point [m]
   double Z_min = 0.05, Z_max = 100;  ///< [m]
   bool object = false;               ///< one depth for all points (nonlinear observer)
+  bool euler = false;                ///< the nonlinear observer by Euler's method
   ObserverGainOptions gains;
   JointStateOptions joint;
   KnownTargetOptions pose;

@@ -50,7 +50,8 @@ struct RobotOptions {
   RobotPose initial;
   std::optional<RobotPose> goal;  ///< this or control.desired
   RobotLimits limits;
-  double lag = 0;  ///< time constant of the drives [s]; 0: none
+  double lag = 0;        ///< time constant of the drives [s]; 0: none
+  double dead_time = 0;  ///< from a command to the drives, of the simulated robot [s]
 };
 
 /// Limits of each velocity of a robot, n.

@@ -32,7 +32,8 @@ struct ControlOptions {
   double gain_in_doubt = 1;  ///< factor of it while a depth is vague and the way is long [-]
   ServoDepth depth = ServoDepth::observed;  ///< what the task is given
   std::optional<ExciteOptions> excite;
-  double tolerance = 1.5;  ///< rms image error at which the task is done [px]
+  double tolerance = 1.5;     ///< rms image error at which the task is done [px]
+  bool all_in_image = false;  ///< the run ends as soon as one point is outside the image
   FeatureKind features = FeatureKind::points;
   double size_weight = 1;  ///< value of the third moment feature at the goal [-]
   InteractionKind interaction = InteractionKind::current;
