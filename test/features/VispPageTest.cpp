@@ -1,4 +1,4 @@
-// The code of doc/visp.md, block by block, with what each takes for granted.
+// The code of README, doc/visp.md and doc/known-target.md, block by block, with what each takes for granted.
 #include <gtest/gtest.h>
 #include <visp3/blob/vpDot2.h>
 #include <visp3/core/vpCameraParameters.h>
@@ -7,6 +7,7 @@
 #include <iostream>
 #include <vector>
 
+#include "depthservo/tracking/KnownTargetEstimator.h"
 #include "visp_md/2.inc"
 
 namespace {
@@ -33,6 +34,17 @@ namespace {
 [[maybe_unused]] void moments(vpServo& task, vpColVector& v, double dt) {
 #include "depthservo/visp/using.h"
 #include "visp_md/6.inc"
+}
+
+[[maybe_unused]] void readme(vpServo& task, const vpCameraParameters& cam, std::vector<vpDot2>& dot,
+                             double dt) {
+#include "readme_md/1.inc"
+}
+
+[[maybe_unused]] void knownTarget(vpServo& task, const vpCameraParameters& cam,
+                                  std::vector<vpDot2>& dot, std::vector<vpFeaturePoint>& sd,
+                                  vpColVector& v, double dt) {
+#include "known_target_md/1.inc"
 }
 
 [[maybe_unused]] void plane(const depthservo::PointFeatures& points,
