@@ -1,4 +1,4 @@
-// The code of README, doc/visp.md and doc/known-target.md, block by block, with what each takes for granted.
+// The code of README, doc/visp.md, known-target.md and core.md, block by block, with what each takes for granted.
 #include <gtest/gtest.h>
 #include <visp3/blob/vpDot2.h>
 #include <visp3/core/vpCameraParameters.h>
@@ -7,6 +7,8 @@
 #include <iostream>
 #include <vector>
 
+#include "depthservo/camera/PinholeCamera.h"
+#include "depthservo/depth/PointwiseEstimator.h"
 #include "depthservo/tracking/KnownTargetEstimator.h"
 #include "visp_md/2.inc"
 
@@ -45,6 +47,17 @@ namespace {
                                   std::vector<vpDot2>& dot, std::vector<vpFeaturePoint>& sd,
                                   vpColVector& v, double dt) {
 #include "known_target_md/1.inc"
+}
+
+struct MyTrack {
+  int id;
+  double u, v;
+};
+
+[[maybe_unused]] void coreAlone(const std::vector<MyTrack>& tracks, double row_s, double image_s,
+                                double vx, double vy, double vz, double wx, double wy, double wz) {
+#include "core_md/1.inc"
+  static_cast<void>(coverage);
 }
 
 [[maybe_unused]] void plane(const depthservo::PointFeatures& points,
