@@ -1,6 +1,7 @@
 """Every code block of README and doc is run, compiled or read, and every link leads somewhere.
 
     pages.py ROOT --tool DEPTHSERVO [--python FOLDER] [--long]
+    pages.py ROOT --links               the links alone: of an installed tree
 
 A block is of a language, and on its way by it:
 
@@ -243,9 +244,14 @@ def main():
     parser.add_argument("--tool")
     parser.add_argument("--python")
     parser.add_argument("--long", action="store_true")
+    parser.add_argument("--links", action="store_true")
     arguments = parser.parse_args()
     root = arguments.root.resolve()
     pages = [root / "README.md", *sorted((root / "doc").glob("*.md"))]
+    if arguments.links:
+        faults, count = faulty_links(root, pages)
+        print(f"{count} links\n" + "\n".join(faults))
+        return 1 if faults or count == 0 else 0
     runner = Runner(root, arguments.tool, arguments.python, arguments.long)
     runner.run(pages)
     linked = [*pages, *root.glob("*.md"), *root.glob("src/*/README.md"), *root.glob("data/**/*.md"), *root.glob("ros/**/*.md")]
