@@ -123,7 +123,8 @@ TEST(Player, page_says_how_far_from_the_goal_the_robot_stands_and_numbers_the_ev
     said.push(document.getElementById('story').hidden);
     document.title = said.join(' | ');)");
   if (title.empty()) GTEST_SKIP() << "no chromium";
-  EXPECT_EQ(title, "0.013 m and 0.018° from the goal | 1,2 | true") << "settles too slowly for a button";
+  EXPECT_EQ(title, "0.013 m and 0.018° from the goal | 1,2 | true")
+      << "settles too slowly for a button";
 }
 
 TEST(Player, two_runs_side_by_side_share_the_moment) {
