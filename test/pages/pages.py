@@ -105,7 +105,7 @@ class Runner:
 
     def call(self, block, command, folder, shown=()):
         done = subprocess.run(["bash", "-o", "pipefail", "-c", command], cwd=folder, env=self.environment,
-                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=3000 if self.is_long else 300)
         self.count("commands run")
         if done.returncode != 0:
             return self.fault(block, f"{command}\n    exit code {done.returncode}: {done.stdout.strip()[-600:]}")
