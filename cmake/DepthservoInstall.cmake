@@ -3,6 +3,8 @@
 
 include(CMakePackageConfigHelpers)
 
+install(FILES ${PROJECT_SOURCE_DIR}/include/depthservo/api.h
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/depthservo)
 foreach(room visp motion camera depth pose features robots target text tracking simulation sequence
              observation rig servo)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/depthservo/${room}

@@ -1,5 +1,6 @@
 # depthservo_extract_code(<markdown file> <folder>)
-#   Writes the ```cpp blocks of a page to <folder>/1.inc, 2.inc, ... for a test that compiles them.
+#   Writes the ```cpp blocks of a page to <folder>/1.inc, 2.inc, ... for a test that compiles them; lines
+#   "..." are left out. test/pages sees to it that every block is included by a test.
 function(depthservo_extract_code page folder)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${page})
   file(READ ${page} rest)
@@ -14,6 +15,7 @@ function(depthservo_extract_code page folder)
     string(FIND "${rest}" "```" length)
     string(SUBSTRING "${rest}" 0 ${length} code)
     string(SUBSTRING "${rest}" ${length} -1 rest)
+    string(REPLACE "\n...\n" "\n" code "${code}")
     math(EXPR number "${number} + 1")
     file(CONFIGURE OUTPUT ${folder}/${number}.inc CONTENT "${code}" @ONLY)
   endwhile()

@@ -127,12 +127,11 @@ void printTable(const Comparison& comparison) {
 
 void tellCost(const Comparison& comparison) {
   const ComparedEstimator& reference = costReference(comparison);
-  fmt::print(stderr, "cost per image of {} points:", comparison.points);
+  fmt::print(stderr, "cost per image of {} points:\n", comparison.points);
   for (const ComparedEstimator& one : comparison.estimators) {
-    fmt::print(stderr, " {} {:.3g} us ({:.2g} x {})", one.name, 1e6 * one.update_s,
+    fmt::print(stderr, "  {:<10} {:>8.3g} us, {:.2g} x {}\n", one.name, 1e6 * one.update_s,
                one.update_s / reference.update_s, reference.name);
   }
-  fmt::print(stderr, "\n");
 }
 
 int compareAll(CompareArguments arguments) {

@@ -87,13 +87,21 @@ void printStatistics(const Metrics& metrics) {
   }
 }
 
+/// Two sigma are more than the depth itself: its number says nothing.
+bool isNotKnown(const PointMetrics& point, bool isObserved) {
+  return isObserved && !(point.known_to() < 1);
+}
+
 /// How well the depth is known, and what happens to it at the end.
 std::string knowledge(const PointMetrics& point, bool isObserved) {
   const bool isHeld = point.status == DepthStatus::unexcited;
-  if (!isObserved && (isHeld || point.status == DepthStatus::valid)) return "as given";
-  const bool isKnown = point.known_to() < 1;
-  std::string text =
-      isKnown ? fmt::format("known to {}", inPercent(point.known_to())) : "not known";
+  if (!isObserved && (isHeld || point.status == DepthStatus::valid)) {
+    return fmt::format("Z {:.4g} +- {:.2g} m (2 sigma), as given", point.Z, 2 * point.sigma_Z);
+  }
+  const bool isKnown = !isNotKnown(point, isObserved);
+  std::string text = isKnown ? fmt::format("Z {:.4g} +- {:.2g} m (2 sigma), known to {}", point.Z,
+                                           2 * point.sigma_Z, inPercent(point.known_to()))
+                             : "Z is not known";
   const bool isHidden = point.status == DepthStatus::coasting || point.status == DepthStatus::lost;
   if (isHidden && std::isfinite(point.last_valid_s)) {
     return text +
@@ -104,10 +112,9 @@ std::string knowledge(const PointMetrics& point, bool isObserved) {
 }
 
 void printPoint(const PointMetrics& point, const RunLog& log) {
-  fmt::print(stderr, "  point {}: Z {:.4g} +- {:.2g} m (2 sigma), {}, measured in {} frames",
-             point.id, point.Z, 2 * point.sigma_Z, knowledge(point, log.isDepthObserved),
-             point.measured_frames);
-  if (std::isfinite(point.relative_error)) {
+  fmt::print(stderr, "  point {}: {}, measured in {} frames", point.id,
+             knowledge(point, log.isDepthObserved), point.measured_frames);
+  if (std::isfinite(point.relative_error) && !isNotKnown(point, log.isDepthObserved)) {
     fmt::print(stderr, ", {} from {:.4g} m{}", inPercent(point.relative_error), point.Z_true,
                log.isTruthOfMotion ? " by the pose that told the motion" : "");
   }

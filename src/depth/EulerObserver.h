@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <memory>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimator.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
 
@@ -11,7 +12,7 @@ namespace depthservo {
 /// The observer of De Luca, Oriolo, Robuffo Giordano 2008 by Euler's method, as one would write it
 /// from the paper: the state of image k + 1 from the measurement of image k and the twist between
 /// both. It diverges at the rates of cameras; for comparison (`depth.euler`).
-class EulerObserver : public DepthEstimator {
+class DEPTHSERVO_INNER EulerObserver : public DepthEstimator {
  public:
   /// Omega: what a translation does to a point of inverse depth 1 1/m. \param p (x, y), normalised
   static Eigen::Vector2d Omega(const Twist& u, const Eigen::Vector2d& p);

@@ -183,6 +183,15 @@ void combine(FocalReplay& replay) {
 
 }  // namespace
 
+const FocalPoint* contradicted(const FocalReplay& replay) {
+  for (const FocalPoint& point : replay.points) {
+    const FocalEstimate& e = point.estimate;
+    const bool isSettled = e.sigma_focal_px < kSettledSigma * e.focal_px;
+    if (isSettled && std::abs(e.consistency() - 1) >= kDisagreement) return &point;
+  }
+  return nullptr;
+}
+
 std::string remark(const FocalReplay& replay) {
   std::string text;
   if (std::abs(replay.lever_m) < kOnAxis_m) {
@@ -196,15 +205,11 @@ std::string remark(const FocalReplay& replay) {
                      : fmt::format("divide by 1 {} {:.3g} m/Z, or give Z with --prior.",
                                    replay.lever_m > 0 ? '+' : '-', std::abs(replay.lever_m));
   }
-  for (const FocalPoint& point : replay.points) {
-    const FocalEstimate& e = point.estimate;
-    const bool isSettled = e.sigma_focal_px < kSettledSigma * e.focal_px;
-    if (!isSettled || std::abs(e.consistency() - 1) < kDisagreement) continue;
+  if (const FocalPoint* point = contradicted(replay)) {
     text += fmt::format(
         " Lambda and 1/lambda, estimated apart, disagree by {:.2g} % at point {}: the camera also "
         "translates, or the odometry is wrong.",
-        100 * std::abs(e.consistency() - 1), point.id);
-    break;
+        100 * std::abs(point->estimate.consistency() - 1), point->id);
   }
   return text;
 }

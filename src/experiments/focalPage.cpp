@@ -82,9 +82,14 @@ std::string reportPage(const FocalReplay& replay, const std::filesystem::path& p
   html::Sheet sheet;
   sheet.command = "replay --observe focal";
   sheet.name = replay.name;
-  sheet.mood = replay.status == DepthStatus::valid ? "good" : "middling";
+  const FocalPoint* contradiction = contradicted(replay);
+  sheet.mood = replay.status == DepthStatus::valid && !contradiction ? "good" : "middling";
   sheet.verdict =
       fmt::format("focal length {:.5g} px, {}", replay.focal_px, toString(replay.status));
+  if (contradiction) {
+    sheet.verdict += fmt::format("; contradicted by {:.2g} %: lambda against 1/lambda",
+                                 100 * std::abs(contradiction->estimate.consistency() - 1));
+  }
   sheet.reason =
       fmt::format("The camera file says {:.6g} px. {}", replay.camera.fx, remark(replay));
   const Figure figure = figureOf(replay);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/observation/ObservedSource.h"
 #include "depthservo/tracking/PointTracker.h"
@@ -42,10 +43,12 @@ struct ObserverSetup {
 };
 
 /// The options with tracker chosen for the source. \throw InputError it lacks what that takes
-ObservationOptions withTracker(const ObservedSource& source, ObservationOptions options);
+DEPTHSERVO_INNER ObservationOptions withTracker(const ObservedSource& source,
+                                                ObservationOptions options);
 
 /// The estimator asked for. \param options with tracker and motion chosen \throw InputError the
 /// source lacks what it needs, or its gains are implausible
-EstimatorSetup setupOf(const ObservedSource& source, const ObservationOptions& options);
+DEPTHSERVO_INNER EstimatorSetup setupOf(const ObservedSource& source,
+                                        const ObservationOptions& options);
 
 }  // namespace depthservo

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/ConsistencyMonitor.h"
 #include "depthservo/depth/SharedErrorFilter.h"
 #include "depthservo/motion/MotionBuffer.h"
@@ -14,7 +15,7 @@ namespace depthservo {
 
 /// Watches a run or a replay: whether images and odometry agree with what was declared of them, and
 /// when each depth will be known.
-class SelfDiagnosis {
+class DEPTHSERVO_INNER SelfDiagnosis {
  public:
   /// \param sigma of a measurement, normalised [-]
   /// \param errors that the estimator reckons with; none: white noise

@@ -1,11 +1,12 @@
 #pragma once
 
+#include "depthservo/api.h"
 #include "depthservo/depth/ErrorProfile.h"
 #include "text/Fields.h"
 
 namespace depthservo {
 
 /// The keys of a file of errors.
-void describe(detail::Fields& f, ErrorProfile& errors);
+DEPTHSERVO_INNER void describe(detail::Fields& f, ErrorProfile& errors);
 
 }  // namespace depthservo

@@ -2,14 +2,15 @@
 
 #include <optional>
 
+#include "depthservo/api.h"
 #include "depthservo/observation/ObservationOptions.h"
 
 namespace depthservo {
 
 /// The errors in force. \param options with motion chosen
-ErrorKind errorKindOf(const ObservationOptions& options);
+DEPTHSERVO_INNER ErrorKind errorKindOf(const ObservationOptions& options);
 
 /// Their profile; none: `declared` and `exact`. What is declared besides replaces its part of it.
-std::optional<ErrorProfile> errorsOf(const ObservationOptions& options);
+DEPTHSERVO_INNER std::optional<ErrorProfile> errorsOf(const ObservationOptions& options);
 
 }  // namespace depthservo

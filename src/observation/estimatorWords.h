@@ -2,12 +2,13 @@
 
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/observation/EstimatorOptions.h"
 #include "text/Names.h"
 
 namespace depthservo {
 
-const std::vector<detail::Choice<EstimatorKind>>& estimatorWords();
-const std::vector<detail::Choice<ErrorKind>>& errorWords();
+DEPTHSERVO_INNER const std::vector<detail::Choice<EstimatorKind>>& estimatorWords();
+DEPTHSERVO_INNER const std::vector<detail::Choice<ErrorKind>>& errorWords();
 
 }  // namespace depthservo

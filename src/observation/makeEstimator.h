@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/depth/PointSetEstimator.h"
 #include "depthservo/depth/SharedErrorFilter.h"
@@ -30,16 +31,17 @@ struct EstimatorSetup {
 
 /// The gain ke of `pose` [1/s]: as set, else that with the least lag and noise of the depths at
 /// this frame rate, for the target as seen from the front at the first guess of its distance.
-double observerGain(const EstimatorSetup& setup);
+DEPTHSERVO_INNER double observerGain(const EstimatorSetup& setup);
 
 /// The estimator a user chose, for up to `capacity` points. (`true` is a constant depth that is
 /// told the truth in every frame.)
-std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup, std::size_t capacity);
+DEPTHSERVO_INNER std::unique_ptr<PointSetEstimator> makeEstimator(const EstimatorSetup& setup,
+                                                                  std::size_t capacity);
 
 /// For a filter that learns the robot's errors; none: they are taken for white noise.
 std::optional<SharedErrorFilterOptions> sharedErrorsOf(const EstimatorSetup& setup);
 
 /// What a joint filter has learnt besides depths; nothing of another estimator.
-std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator);
+DEPTHSERVO_INNER std::optional<JointStates> jointStatesOf(const PointSetEstimator& estimator);
 
 }  // namespace depthservo

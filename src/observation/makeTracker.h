@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/observation/ObservedSource.h"
 #include "depthservo/tracking/PointTracker.h"
@@ -13,9 +14,9 @@ namespace depthservo {
 /// charuco where it is a board, dots where its dots are known, corners where nothing is, tracks
 /// where there are no images.
 /// \throw InputError it lacks what the wanted one takes
-TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted);
+DEPTHSERVO_INNER TrackerKind chooseTracker(const ObservedSource& source, TrackerKind wanted);
 
-const char* toString(TrackerKind tracker);
+DEPTHSERVO_INNER const char* toString(TrackerKind tracker);
 
 TrackerKind trackerOf(const BoardTarget& board);
 
@@ -34,7 +35,8 @@ AprilTagTarget tagsOf(const SequenceTarget& seen, const ObservationOptions& opti
 std::vector<int> idsOf(const SequenceTarget& seen, TrackerKind tracker);
 
 /// Null for tracks.
-std::unique_ptr<PointTracker> makeTracker(const SequenceTarget& seen, TrackerKind tracker,
-                                          const ObservationOptions& options);
+DEPTHSERVO_INNER std::unique_ptr<PointTracker> makeTracker(const SequenceTarget& seen,
+                                                           TrackerKind tracker,
+                                                           const ObservationOptions& options);
 
 }  // namespace depthservo

@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <opencv2/core.hpp>
+#include <string>
+#include <vector>
 
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/Report.h"
@@ -66,6 +69,42 @@ void writeFeatures(const RunLog& log, const fs::path& file) {
                             cell(estimate.excitation), cell(feature.frames_to_5pct),
                             cell(estimate.sigma_xy * log.camera.fx)));
     }
+  }
+  csv.close();
+}
+
+/// The depths side by side, a row per image: for tools that plot columns. Of the first so many
+/// points that are seen.
+void writeDepths(const RunLog& log, const fs::path& file) {
+  constexpr std::size_t kMostPoints = 64;
+  std::map<int, std::size_t> places;
+  for (const FrameRecord& frame : log.frames) {
+    for (const FeatureRecord& feature : frame.features) {
+      if (feature.estimate.status == DepthStatus::unset || places.size() == kMostPoints) continue;
+      places.try_emplace(feature.id, 0);
+    }
+  }
+  std::vector<std::string> columns{"timestamp"};
+  for (auto& [id, place] : places) {
+    place = columns.size();
+    for (const char* name : {"Z", "sigma_Z", "Z_true"}) {
+      columns.push_back(fmt::format("{}_{}", name, id));
+    }
+  }
+  OutputFile csv(file);
+  csv.write(headerLine(columns));
+  for (const FrameRecord& frame : log.frames) {
+    std::vector<std::string> cells(columns.size());
+    cells[0] = fmt::format("{:.9f}", frame.time_s);
+    for (const FeatureRecord& feature : frame.features) {
+      const auto found = places.find(feature.id);
+      if (found == places.end() || feature.estimate.status == DepthStatus::unset) continue;
+      const DepthEstimate estimate = reportable(feature.estimate);
+      cells[found->second] = cell(estimate.Z());
+      cells[found->second + 1] = cell(estimate.sigma_Z());
+      cells[found->second + 2] = cell(feature.Z_true);
+    }
+    csv.write(fmt::format("{}\n", fmt::join(cells, ",")));
   }
   csv.close();
 }
@@ -144,6 +183,7 @@ bool writeRunFolder(const RunLog& log, const fs::path& folder) {
     writeFile(place / "run.json", runJson(log));
     writeFrames(log, place / "frames.csv");
     writeFeatures(log, place / "features.csv");
+    writeDepths(log, place / "depths.csv");
     writeFile(place / "timing.json", timingJson(log));
     for (const auto& [stem, gray] : log.images) {
       writeImage(log.camera, gray, place / (stem + ".png"));

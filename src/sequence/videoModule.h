@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "depthservo/api.h"
+
 namespace depthservo::detail {
 
 /// What to open.
@@ -38,7 +40,7 @@ constexpr const char* kOpenVideo = "depthservoOpenVideo";
 
 /// Loads the module from the first of these places where it is. Throws InputError: it is not
 /// there, or cannot be loaded.
-OpenVideo* loadVideoModule(const std::vector<std::filesystem::path>& places);
+DEPTHSERVO_INNER OpenVideo* loadVideoModule(const std::vector<std::filesystem::path>& places);
 
 /// Where the module may be: beside this library, or where it is installed.
 std::vector<std::filesystem::path> videoModulePlaces();

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/features/PointFeatures.h"
 #include "depthservo/pose/PoseRegulation.h"
@@ -53,7 +54,7 @@ struct LawSetup {
   std::string place;                  ///< of the options, for messages
 };
 
-const std::vector<detail::Choice<Law>>& lawWords();
+DEPTHSERVO_INNER const std::vector<detail::Choice<Law>>& lawWords();
 
 /// \param features and \param estimator outlive the law \throw InputError the law cannot have this
 /// goal

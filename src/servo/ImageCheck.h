@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Motion.h"
 #include "depthservo/visp/visp.h"
 
@@ -13,7 +14,7 @@ namespace depthservo {
 
 /// Whether a camera still shows the world: a black image, one of a single shade, and the image
 /// before once more while the camera has moved show nothing new.
-class ImageCheck {
+class DEPTHSERVO_INNER ImageCheck {
  public:
   enum class Verdict { usable, empty, frozen };
   Verdict look(const DEPTHSERVO_VISP vpImage<unsigned char>& image);

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/features/PointFeatures.h"
 
 namespace depthservo {
@@ -13,7 +14,7 @@ enum class Basis {
   waiting,   ///< the robot stands still: hidden features are predicted too vaguely
   nothing,   ///< a feature is lost
 };
-const char* toString(Basis basis);  ///< a sentence
+DEPTHSERVO_INNER const char* toString(Basis basis);  ///< a sentence
 
 /// Holds the robot back while hidden points are predicted vaguely, without a jerk.
 class SpeedGovernor {

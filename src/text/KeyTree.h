@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "text/Fields.h"
 
 namespace depthservo::detail {
@@ -39,13 +40,13 @@ struct KeyNode {
 };
 
 /// The keys with the values that they have.
-std::vector<KeyNode> keyTree(const Fields::Describe& describe);
+DEPTHSERVO_INNER std::vector<KeyNode> keyTree(const Fields::Describe& describe);
 
 /// All keys that there can be, with their defaults. \param describe of a configuration that has
 /// just been made; it is changed
-std::vector<KeyNode> allKeys(const Fields::Describe& describe);
+DEPTHSERVO_INNER std::vector<KeyNode> allKeys(const Fields::Describe& describe);
 
 /// The values of a tree as one JSON object, in its order. Keys that do not apply are left out.
-nlohmann::ordered_json toJson(const std::vector<KeyNode>& keys);
+DEPTHSERVO_INNER nlohmann::ordered_json toJson(const std::vector<KeyNode>& keys);
 
 }  // namespace depthservo::detail

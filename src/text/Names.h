@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
+
 namespace depthservo::detail {
 
 /// A value of an enumeration and the word that users write for it.
@@ -14,7 +16,8 @@ struct Choice {
 };
 
 /// "expected a, b or c, got 'x'; the nearest is 'b'". \param valid not empty
-std::string unknownWord(const std::string& word, const std::vector<std::string>& valid);
+DEPTHSERVO_INNER std::string unknownWord(const std::string& word,
+                                         const std::vector<std::string>& valid);
 
 template <class Enum>
 const char* wordOf(const std::vector<Choice<Enum>>& choices, Enum value) {

@@ -3,12 +3,13 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "text/TextFile.h"
 
 namespace depthservo::detail {
 
 /// A YAML value that remembers where it was written.
-struct YamlValue {
+struct DEPTHSERVO_INNER YamlValue {
   enum class Kind { null, scalar, list, mapping };
   struct Entry;
 
@@ -31,14 +32,14 @@ struct YamlValue::Entry {
 
 /// Reads one YAML document. Throws InputError: not readable, not text, not YAML, several documents,
 /// aliases, more nested or larger than any file of ours, a key twice in a mapping.
-YamlValue loadYaml(const std::string& path);
+DEPTHSERVO_INNER YamlValue loadYaml(const std::string& path);
 /// The text of such a file, not yet parsed. \throw InputError as readTextFile
-std::string readYamlText(const std::string& path);
-YamlValue parseYaml(const std::string& text, const std::string& file);
+DEPTHSERVO_INNER std::string readYamlText(const std::string& path);
+DEPTHSERVO_INNER YamlValue parseYaml(const std::string& text, const std::string& file);
 
 /// A mapping that has no keys but the valid ones. Every fault is an InputError with file, line,
 /// key, what was expected and, for an unknown key, the nearest valid one.
-class StrictMapping {
+class DEPTHSERVO_INNER StrictMapping {
  public:
   /// \param path of the mapping itself, "" for the whole file
   StrictMapping(const YamlValue& value, std::string file, std::string path,

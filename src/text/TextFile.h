@@ -5,12 +5,13 @@
 #include <string>
 #include <string_view>
 
+#include "depthservo/api.h"
 #include "depthservo/text/InputError.h"
 
 namespace depthservo::detail {
 
 /// Numbers that are allowed. NaN and infinity never are.
-struct Range {
+struct DEPTHSERVO_INNER Range {
   double low, high;
   bool lowIsOpen = false;  ///< low itself is not allowed
 
@@ -28,24 +29,25 @@ struct TextLimits {
 
 /// The bytes of any file. Throws InputError: missing, a folder, unreadable, larger than `largest`
 /// bytes.
-std::string readFile(const std::string& path, std::size_t largest);
+DEPTHSERVO_INNER std::string readFile(const std::string& path, std::size_t largest);
 
 /// A text file without byte order mark. Throws InputError as readFile and checkText do.
 std::string readTextFile(const std::string& path, const TextLimits& limits);
 
 /// Throws InputError unless `text` is UTF-8 without control characters and without endless lines.
-void checkText(std::string_view text, const std::string& file, const TextLimits& limits);
+DEPTHSERVO_INNER void checkText(std::string_view text, const std::string& file,
+                                const TextLimits& limits);
 
 /// The finite decimal number that is the whole of `text`, whatever the locale; nothing for anything
 /// else, "nan" and "inf" among it.
-std::optional<double> toNumber(std::string_view text);
-std::optional<long long> toInteger(std::string_view text);
+DEPTHSERVO_INNER std::optional<double> toNumber(std::string_view text);
+DEPTHSERVO_INNER std::optional<long long> toInteger(std::string_view text);
 
 /// Bytes of the UTF-8 character at the start of `text` (not empty); 0 when there is none.
-std::size_t utf8Length(std::string_view text);
+DEPTHSERVO_INNER std::size_t utf8Length(std::string_view text);
 
 /// 'text', shortened when it is long.
-std::string quoted(std::string_view text);
+DEPTHSERVO_INNER std::string quoted(std::string_view text);
 
 /// Times [s]; seconds since 1970 are 1.8e9.
 constexpr Range kTimes{-1e11, 1e11};
@@ -54,6 +56,7 @@ constexpr Range kTimes{-1e11, 1e11};
 std::string unitHint(double time);
 
 /// "expected a number in [0, 1] m, got 'x'"
-std::string expectedNumber(const Range& range, const char* unit, std::string_view got);
+DEPTHSERVO_INNER std::string expectedNumber(const Range& range, const char* unit,
+                                            std::string_view got);
 
 }  // namespace depthservo::detail

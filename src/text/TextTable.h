@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "text/TextFile.h"
 
 namespace depthservo::detail {
@@ -21,7 +22,7 @@ namespace depthservo::detail {
 ///
 ///     TextTable table(path, TextTable::Style::csv, {"timestamp", "id", "Z"});
 ///     while (table.next()) use(table.time(), table.id(1), table.number(2, {0, 100}, "m"));
-class TextTable {
+class DEPTHSERVO_INNER TextTable {
  public:
   enum class Style { csv, spaces, euroc };
   enum class Order { increasing, notDecreasing };  ///< of the timestamps, column 0

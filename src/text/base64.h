@@ -3,9 +3,11 @@
 #include <string>
 #include <string_view>
 
+#include "depthservo/api.h"
+
 namespace depthservo::detail {
 
 /// RFC 4648, with padding.
-std::string base64(std::string_view bytes);
+DEPTHSERVO_INNER std::string base64(std::string_view bytes);
 
 }  // namespace depthservo::detail

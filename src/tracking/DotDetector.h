@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/target/DotTarget.h"
 #include "tracking/DotMeasurement.h"
 
@@ -30,8 +31,9 @@ std::vector<DotMeasurement> dotsAtLevel(const DEPTHSERVO_VISP vpImage<unsigned c
                                         const DotLimits& limits);
 
 /// The same at several levels between the darkest and the lightest of the region, each dot once.
-std::vector<DotMeasurement> dotsAtAnyLevel(const DEPTHSERVO_VISP vpImage<unsigned char>& image,
-                                           const Box& region, const DotLimits& limits);
+DEPTHSERVO_INNER std::vector<DotMeasurement> dotsAtAnyLevel(
+    const DEPTHSERVO_VISP vpImage<unsigned char>& image, const Box& region,
+    const DotLimits& limits);
 
 /// How far a point is outside of an ellipse, on the way to its centre [px]; 0 inside.
 double distanceTo(const Ellipse& ellipse, const Eigen::Vector2d& point);

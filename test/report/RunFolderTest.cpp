@@ -139,6 +139,27 @@ TEST(RunFolder, features_csv_has_every_point_in_every_frame_and_reads_back_exact
   EXPECT_EQ(std::stod(far[5]), 100);
 }
 
+TEST(RunFolder, depths_csv_has_a_row_per_image_and_columns_by_point) {
+  const TemporaryFolder place;
+  RunLog log = test::exampleLog(31);
+  log.frames[0].features[3].estimate.status = DepthStatus::unset;  // not seen yet
+  log.frames[2].features[1].Z_true = kUnknown;
+  writeRunFolder(log, place / "run");
+  const auto rows = rowsOf(place.read("run/depths.csv"));
+  ASSERT_EQ(rows.size(), 1 + 31u);
+  EXPECT_EQ(rows[0], (std::vector<std::string>{"timestamp", "Z_0", "sigma_Z_0", "Z_true_0", "Z_1",
+                                               "sigma_Z_1", "Z_true_1", "Z_2", "sigma_Z_2",
+                                               "Z_true_2", "Z_3", "sigma_Z_3", "Z_true_3"}));
+  EXPECT_EQ(rows[1][10], "");
+  EXPECT_NE(rows[2][10], "");
+  EXPECT_EQ(rows[3][6], "");
+  const FeatureRecord& feature = log.frames[2].features[2];
+  EXPECT_EQ(rows[3][0], "0.066666667");
+  EXPECT_EQ(std::stod(rows[3][7]), feature.estimate.Z());
+  EXPECT_EQ(std::stod(rows[3][8]), feature.estimate.sigma_Z());
+  EXPECT_EQ(std::stod(rows[3][9]), feature.Z_true);
+}
+
 TEST(RunFolder, depths_are_finite_and_positive_whatever_the_log_says) {
   const TemporaryFolder place;
   RunLog log = test::exampleLog(3);

@@ -4,9 +4,12 @@
 #include <visp3/core/vpTime.h>
 #include <visp3/gui/vpDisplayX.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <utility>
+#include <vector>
 
 #include "../View.h"
 #include "depthservo/text/InputError.h"
@@ -27,6 +30,7 @@ vpColor colourOf(const FeatureRecord& feature) {
 
 constexpr double kLine_px = 16;            // between lines of text
 constexpr std::size_t kLongestPath = 900;  // images
+constexpr std::size_t kMostLines = 12;     // of text, a point each
 
 /// The way of every dot so far, in steps of a few pixels.
 void drawPaths(const vpImage<unsigned char>& image, const std::vector<FrameRecord>& frames) {
@@ -59,6 +63,40 @@ void write(const vpImage<unsigned char>& image, double row, const std::string& t
                               at(14 + kLetter_px * static_cast<double>(text.size()), row + 3),
                               vpColor(245, 245, 245), true);
   vpDisplay::displayText(image, at(10, row), text, colour);
+}
+
+/// What the colours mean.
+void drawLegend(const vpImage<unsigned char>& image, double row, bool hasGoals) {
+  constexpr double kWord_px = 92;
+  double from = image.getWidth() - (hasGoals ? 3 : 2) * kWord_px;
+  vpDisplay::displayRectangle(image, at(from - 6, row - 12), at(image.getWidth() - 4., row + 3),
+                              vpColor(245, 245, 245), true);
+  const auto entry = [&](const char* word, const vpColor& colour) {
+    vpDisplay::displayText(image, at(from, row), word, colour);
+    from += kWord_px;
+  };
+  entry("o measured", vpColor(0, 114, 178));
+  entry("o predicted", vpColor(230, 159, 0));
+  if (hasGoals) entry("+ goal", vpColor::black);
+}
+
+/// A line for each point or, of many, one for all.
+std::vector<std::pair<std::string, vpColor>> linesOf(const std::vector<FeatureRecord>& features) {
+  const auto isKnown = [](const DepthEstimate& e) { return 2 * e.sigma_Z() < e.Z(); };
+  if (features.size() > kMostLines) {
+    const auto known = std::count_if(features.begin(), features.end(),
+                                     [&](const FeatureRecord& f) { return isKnown(f.estimate); });
+    return {{fmt::format("{} points, {} depths known", features.size(), known), vpColor::black}};
+  }
+  std::vector<std::pair<std::string, vpColor>> lines;
+  for (const FeatureRecord& feature : features) {
+    const DepthEstimate& e = feature.estimate;
+    const std::string Z =
+        isKnown(e) ? fmt::format("Z {:.3g} +- {:.2g} m", e.Z(), 2 * e.sigma_Z()) : "Z not known";
+    lines.emplace_back(fmt::format("{}: {}  {}", feature.id, Z, toString(e.status)),
+                       colourOf(feature));
+  }
+  return lines;
 }
 
 class Window : public View {
@@ -101,18 +139,16 @@ void Window::show(const vpImage<unsigned char>& shown, const FrameRecord& record
     vpDisplay::displayCross(image, at(goal.x(), goal.y()), 15, vpColor::black, 1);
   }
   drawPaths(image, log.frames);
-  double row = image.getHeight() - 12.0 - kLine_px * static_cast<double>(record.features.size());
   for (const FeatureRecord& feature : record.features) {
     const vpColor colour = colourOf(feature);
-    const DepthEstimate& e = feature.estimate;
     vpDisplay::displayCircle(image, at(feature.u, feature.v), 8, colour, false, 2);
     vpDisplay::displayText(image, at(feature.u + 12, feature.v - 6), fmt::format("{}", feature.id),
                            colour);
-    write(image, row += kLine_px,
-          fmt::format("{}: Z {:.3g} +- {:.2g} m  {}", feature.id, e.Z(), 2 * e.sigma_Z(),
-                      toString(e.status)),
-          colour);
   }
+  const auto lines = linesOf(record.features);
+  double row = image.getHeight() - 12.0 - kLine_px * static_cast<double>(lines.size());
+  for (const auto& [text, colour] : lines) write(image, row += kLine_px, text, colour);
+  drawLegend(image, 20, !log.goals.empty());
   std::string head = fmt::format("t {:.2f} s", record.time_s - log.frames.front().time_s);
   if (std::isfinite(record.error_px)) {
     head += fmt::format("   image error {:.1f} px", record.error_px);

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "depthservo/api.h"
+
 namespace depthservo {
 
 /// Radial and tangential lens distortion, after Brown and Conrady: `plumb_bob` of ROS and OpenCV,
@@ -15,7 +17,7 @@ namespace depthservo {
 /// proportion to the radius.
 ///
 /// Real-time: no member but the constructor does more than a fixed number of operations.
-class LensDistortion {
+class DEPTHSERVO_API LensDistortion {
  public:
   LensDistortion() = default;  ///< none
   LensDistortion(double k1, double k2, double p1, double p2, double k3 = 0);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/depth/PointSetEstimator.h"
 
@@ -39,7 +40,7 @@ struct ConsistencyMonitorOptions {
 /// (noise). A verdict over too few values is no agreement: noData.
 ///
 /// No allocation but in `message()`; contract as for PointSetEstimator.
-class ConsistencyMonitor {
+class DEPTHSERVO_API ConsistencyMonitor {
  public:
   using Options = ConsistencyMonitorOptions;
 

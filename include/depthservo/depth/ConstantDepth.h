@@ -1,5 +1,6 @@
 #pragma once
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimator.h"
 
 namespace depthservo {
@@ -7,7 +8,7 @@ namespace depthservo {
 /// The baseline: Z is what was given and never changes, as with a plain vpFeaturePoint. Image
 /// coordinates are measured; while the point is hidden they are predicted with that Z. It learns
 /// nothing, and says so: its status is never better than `unexcited`, its sigma that of the prior.
-class ConstantDepth : public DepthEstimator {
+class DEPTHSERVO_API ConstantDepth : public DepthEstimator {
  public:
   explicit ConstantDepth(const DepthRange& range = {}) : range_(range) {}
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/motion/Flow.h"
 #include "depthservo/motion/OdometryNoise.h"
@@ -22,7 +23,7 @@ namespace depthservo {
 /// further states: latency, gyro bias, mount, focal length, scale, slip, the error of the image's
 /// pose, jitter, and two of wander for each point. All are linearised at the truth, where they are
 /// zero. Allocates; for evaluation, not the loop.
-class CramerRaoBound {
+class DEPTHSERVO_API CramerRaoBound {
  public:
   /// \param points true (x, y, chi) in the first image, in which nothing is measured yet
   /// \param sigma_chi prior knowledge of each chi [1/m]; infinite: none

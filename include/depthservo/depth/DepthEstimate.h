@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iosfwd>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Flow.h"
 
 namespace depthservo {
@@ -34,8 +35,8 @@ enum class DepthStatus {
   rejected,    ///< the last measurement contradicted the prediction and was not used
   lost,        ///< behind the camera, or predicted too vaguely to be of use
 };
-const char* toString(DepthStatus status);
-std::ostream& operator<<(std::ostream& out, DepthStatus status);
+DEPTHSERVO_API const char* toString(DepthStatus status);
+DEPTHSERVO_API std::ostream& operator<<(std::ostream& out, DepthStatus status);
 
 /// The status of an estimate while the camera's motion is not known.
 inline DepthStatus whileMotionIsUnknown(DepthStatus status) {
@@ -66,7 +67,7 @@ struct DepthRange {
 
 /// What is known of a depth before the first image. The default sigma is wide enough (1/0.2 m) that
 /// the guess has no lasting influence; a narrower one is for measurements, not for good guesses.
-struct DepthPrior {
+struct DEPTHSERVO_API DepthPrior {
   static constexpr double kWideSigma_chi = 5.0;     // 1/m
   static constexpr double kLargestSigma_chi = 1e4;  // 1/m; anything above is treated as this
 
@@ -80,7 +81,7 @@ struct DepthPrior {
 };
 
 /// A point with its depth and what that is worth.
-struct DepthEstimate {
+struct DEPTHSERVO_API DepthEstimate {
   double x = 0, y = 0;                            ///< normalised image coordinates [-]
   double chi = 1;                                 ///< inverse depth [1/m], within the DepthRange
   double sigma_chi = DepthPrior::kWideSigma_chi;  ///< 1-sigma of chi [1/m]
@@ -117,12 +118,13 @@ struct PointSigmas {
 ///     1/(chi + 2 sigma') = 1/(chi + 2 sigma) - distance.
 /// sigma_chi grows to DepthPrior::kWideSigma_chi (or chi, if that is more) and no further. The sums
 /// of several parts and the whole give the same. \rtsafe
-PointSigmas widened(const PointSigmas& sigmas, const PointState& point, const UnknownPart& unknown);
+DEPTHSERVO_API PointSigmas widened(const PointSigmas& sigmas, const PointState& point,
+                                   const UnknownPart& unknown);
 
 /// The estimate after a motion without a measurement: point and sigma follow the exact flow; where
 /// the motion is not known sigma grows and the status is `coasting`.
 /// Becomes `lost` (and stays in place) when the point passes behind the camera. \rtsafe
-DepthEstimate predicted(const DepthEstimate& estimate, const Motion& motion,
-                        const DepthRange& range = {});
+DEPTHSERVO_API DepthEstimate predicted(const DepthEstimate& estimate, const Motion& motion,
+                                       const DepthRange& range = {});
 
 }  // namespace depthservo

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimate.h"
 
 namespace depthservo {
@@ -16,7 +17,7 @@ namespace depthservo {
 /// any input is allowed, non-finite ones are ignored and show in the status; `estimate()` is always
 /// finite with Z within the estimator's range. Copies (`clone`) are independent. One thread per
 /// object.
-class DepthEstimator {
+class DEPTHSERVO_API DepthEstimator {
  public:
   virtual ~DepthEstimator() = default;
   virtual std::unique_ptr<DepthEstimator> clone() const = 0;

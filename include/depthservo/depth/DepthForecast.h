@@ -1,5 +1,6 @@
 #pragma once
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/motion/OdometryNoise.h"
 
@@ -10,7 +11,7 @@ namespace depthservo {
 ///     sigma_chi^2 = 12 (sigma / (W dt))^2 / k^3 + (sigma_t^2 chi^2 + sigma_theta^2) / (W dt)^2 /
 ///     k,
 /// image noise first, then white odometry noise.
-struct DepthForecast {
+struct DEPTHSERVO_API DepthForecast {
   double parallax = 0;        ///< W dt: translation across the line of sight in a frame [m]
   double sigma = 0;           ///< of a measurement, normalised [-]
   double variance_t = 0;      ///< of the translation in a frame [m^2]

@@ -3,6 +3,7 @@
 #include <limits>
 #include <string>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
 
 namespace depthservo {
@@ -17,7 +18,7 @@ constexpr double kGainExcitation = 0.1;
 /// How an observer is sampled decides up to what excitation it is stable (n = k dt,
 /// m = k_3 W^2 dt^2): Euler's method for m < n and 2n - m < 4, exact flow with Euler's correction
 /// for 2n + m < 4, exact flow with matched poles, which is NonlinearDepthObserver, for any.
-struct DepthGains {
+struct DEPTHSERVO_API DepthGains {
   double k = 0;           ///< k_1 = k_2 [1/s]
   double k_3 = 0;         ///< normalised [1/m^2]; in pixels: k_3 / focal_px^2
   double excitation = 0;  ///< W [m/s], root mean square

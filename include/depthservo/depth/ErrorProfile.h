@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/OdometryNoise.h"
 
 namespace depthservo {
@@ -24,7 +25,7 @@ struct GaussMarkov {
 
 /// How large the errors of a robot may be, 1 sigma each; 0: none. Most of them are constant or
 /// last, which white noise does not describe: with it a filter claims far too much.
-struct ErrorProfile {
+struct DEPTHSERVO_API ErrorProfile {
   /// Relative error S of the translation (wheel radius, units): true = (1 + S) measured. Constant.
   /// No image can tell it: depths scale with it, and their sigma contains it.
   double scale = 0;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <string>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Motion.h"
 
 namespace depthservo {
@@ -21,7 +22,7 @@ enum class Hindrance {
 
 /// In words: "no translation", "moving along the line of sight of point 3", "rotation about the
 /// optical axis only".
-std::string describe(Hindrance hindrance, int point);
+DEPTHSERVO_API std::string describe(Hindrance hindrance, int point);
 
 /// What the camera's recent motion can tell, and if nothing, why: windowed mean squares of its
 /// twist. Depth is told by translation across the line of sight, with speed
@@ -30,7 +31,7 @@ std::string describe(Hindrance hindrance, int point);
 /// Whether that suffices is the estimator's to say (status `unexcited`); this names the cause.
 ///
 /// Real-time: nothing allocates or throws but `describe`; unusable motions are ignored.
-class Excitation {
+class DEPTHSERVO_API Excitation {
  public:
   struct Options {
     double window_s = 1;     ///< forgetting

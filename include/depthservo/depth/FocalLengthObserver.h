@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/depth/ObserverStep.h"
 #include "depthservo/motion/Motion.h"
@@ -27,7 +28,7 @@ struct CentredPixel {
 ///
 /// k_3 (wx^2 + wy^2) and k_4 (c1^2 + c2^2) are the squared natural frequencies of the errors of
 /// lambda and of 1/lambda, c = y (y2 wx - y1 wy).
-struct FocalGains {
+struct DEPTHSERVO_API FocalGains {
   double k = 30;      ///< k_1 = k_2 [1/s], > 0
   double k_3 = 1500;  ///< [-], >= 0
   double k_4 = 1e-5;  ///< [1/px^4], >= 0
@@ -106,7 +107,7 @@ struct FocalEstimate {
 ///
 /// Real-time: nothing allocates, locks, prints or throws; any input is allowed; what it gives is
 /// always finite. Copies are independent. One thread per object.
-class FocalLengthObserver {
+class DEPTHSERVO_API FocalLengthObserver {
  public:
   using Options = FocalObserverOptions;
 
@@ -161,6 +162,6 @@ class FocalLengthObserver {
 
 /// lambda of a camera whose optical centre is `lever_m` ahead of the axis it turns about, from what
 /// the observer gave for a point at depth Z [m]: focal_px / (1 + lever_m/Z).
-double compensatedFocal(double focal_px, double lever_m, double Z);
+DEPTHSERVO_API double compensatedFocal(double focal_px, double lever_m, double Z);
 
 }  // namespace depthservo

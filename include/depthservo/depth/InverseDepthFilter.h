@@ -1,5 +1,6 @@
 #pragma once
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimator.h"
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/motion/OdometryNoise.h"
@@ -8,7 +9,7 @@ namespace depthservo {
 
 /// Defaults suit most cases; what to set first is the odometry's noise and mode, or a profile of
 /// the robot by `considering`.
-struct InverseDepthFilterOptions {
+struct DEPTHSERVO_API InverseDepthFilterOptions {
   OdometryNoise odometry;
 
   /// Relative uncertainty of the translation's scale (wheel radius, calibration), 1 sigma [-]. Z
@@ -63,7 +64,7 @@ struct FilterPoint {
 
 /// What lasting errors do to the error of one point: d(error of x, y, chi) by the latency, the
 /// gyro's bias and the rotation of the mount.
-struct LastingErrors {
+struct DEPTHSERVO_API LastingErrors {
   using Row = Eigen::Matrix<double, 1, 7>;
   static constexpr int kLatency = 0, kBias = 1, kMount = 4;  // first columns
 
@@ -121,7 +122,7 @@ struct LastingErrors {
 ///   filter.correct({x, y, 0.5 / focal_px});
 ///   const DepthEstimate e = filter.estimate();
 /// \endcode
-class InverseDepthFilter : public DepthEstimator {
+class DEPTHSERVO_API InverseDepthFilter : public DepthEstimator {
  public:
   using Options = InverseDepthFilterOptions;
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/InverseDepthFilter.h"
 
 namespace depthservo {
@@ -13,7 +14,7 @@ namespace depthservo {
 /// do when uncertainties are considered (odometryScaleSigma, focalSigma).
 ///
 /// Contract as for DepthEstimator: nothing allocates after construction, any input is allowed.
-class InverseDepthFilterBatch {
+class DEPTHSERVO_API InverseDepthFilterBatch {
  public:
   using Options = InverseDepthFilterOptions;
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/depth/PointSetEstimator.h"
 
@@ -55,7 +56,7 @@ struct JointDepthFilterOptions {
 /// it: sigma is then right.
 ///
 /// Real-time: no allocation after construction; about 1.3 us a frame for 4 points, 4 us for 8.
-class JointDepthFilter : public PointSetEstimator {
+class DEPTHSERVO_API JointDepthFilter : public PointSetEstimator {
  public:
   using Options = JointDepthFilterOptions;
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/MeasurementNoise.h"
 #include "depthservo/depth/SharedErrorFilter.h"
 
@@ -34,7 +35,7 @@ namespace depthservo {
 /// At most 64 points of a comparison are used, other ones in each image.
 ///
 /// Real-time: no allocation after construction.
-class NoiseLearner {
+class DEPTHSERVO_API NoiseLearner {
  public:
   /// \param capacity greatest number of points in an image
   /// \param options as of the filter: where it begins, the focal length, the shutter

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimator.h"
 #include "depthservo/depth/ObserverStep.h"
 #include "depthservo/motion/OdometryNoise.h"
@@ -13,7 +14,7 @@ namespace depthservo {
 ///
 /// With excitation W [m/s] the depth error obeys s^2 + k s + k_3 W^2 = 0: natural frequency
 /// wn = sqrt(k_3) W, damping k/(2 wn), settled to 2 % after 5.83/wn when critically damped.
-struct ObserverGains {
+struct DEPTHSERVO_API ObserverGains {
   double k = 0;      ///< k_1 = k_2 [1/s], > 0
   double k_3 = 0;    ///< [1/m^2], >= 0; used when W_min is 0
   double W_min = 0;  ///< [m/s]; > 0 schedules k_3 = wn^2 / max(W^2, W_min^2)
@@ -76,7 +77,7 @@ struct NonlinearObserverOptions {
 /// sigma_chi is approximate: the variance of the linear error dynamics above (image noise as given
 /// with each measurement, prior as given), without the coupling between the two image axes. It has
 /// no share for odometry errors, which scale Z: a translation 2 % too long gives Z 2 % too large.
-class NonlinearDepthObserver : public DepthEstimator {
+class DEPTHSERVO_API NonlinearDepthObserver : public DepthEstimator {
  public:
   using Options = NonlinearObserverOptions;
 

@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
 #include "depthservo/depth/ObserverStep.h"
 #include "depthservo/depth/PointSetEstimator.h"
@@ -30,7 +31,7 @@ namespace depthservo {
 /// A point hidden while others are seen coasts at the corrected depth; a new point starts with the
 /// depth of the object. `setPrior` for a point that was measured starts the object's depth anew
 /// (the mean of the priors given between two images).
-class ObjectDepthObserver : public PointSetEstimator {
+class DEPTHSERVO_API ObjectDepthObserver : public PointSetEstimator {
  public:
   using Options = NonlinearObserverOptions;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimate.h"
 
 namespace depthservo::detail {
@@ -35,7 +36,7 @@ constexpr double kSettling = 5.83;
 /// What the discrete poles p_i = exp(s_i Dt), s^2 + k s + wn^2 = 0, ask of the gains of a nonlinear
 /// observer. Made anew only when Dt or wn^2 change: at a steady frame rate the exponentials, which
 /// cost most, stay.
-struct PoleMatchedGains {
+struct DEPTHSERVO_API PoleMatchedGains {
   double Dt = 0, wn2 = 0;
   double point = 0;  ///< 1 - p1 p2
   double chi = 0;    ///< (1 - p1)(1 - p2)
@@ -44,7 +45,7 @@ struct PoleMatchedGains {
 };
 
 /// Running mean of the excitation, with forgetting.
-class ExcitationWindow {
+class DEPTHSERVO_API ExcitationWindow {
  public:
   /// \param W2 squared excitation over the last dt [m^2/s^2]
   /// \param decayRate of the depth error in it [1/s]

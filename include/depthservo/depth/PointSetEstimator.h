@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/motion/MotionBuffer.h"
 
@@ -25,7 +26,7 @@ struct PointObservation {
 ///
 /// Contract as for DepthEstimator: after construction nothing allocates, locks, prints or throws,
 /// and every estimate is finite.
-class PointSetEstimator {
+class DEPTHSERVO_API PointSetEstimator {
  public:
   virtual ~PointSetEstimator() = default;
   virtual std::unique_ptr<PointSetEstimator> clone() const = 0;

@@ -4,13 +4,14 @@
 #include <memory>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimator.h"
 #include "depthservo/depth/PointSetEstimator.h"
 
 namespace depthservo {
 
 /// Lifts a DepthEstimator to a set of points: one independent copy for each.
-class PointwiseEstimator : public PointSetEstimator {
+class DEPTHSERVO_API PointwiseEstimator : public PointSetEstimator {
  public:
   /// \param prototype copied for every point
   /// \param capacity greatest number of points

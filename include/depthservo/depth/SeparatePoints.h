@@ -4,12 +4,13 @@
 #include <memory>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/PointSetEstimator.h"
 
 namespace depthservo {
 
 /// Keeps points apart: one estimator of point sets for each, which sees no other.
-class SeparatePoints : public PointSetEstimator {
+class DEPTHSERVO_API SeparatePoints : public PointSetEstimator {
  public:
   /// \param prototype copied for every point
   /// \param capacity greatest number of points

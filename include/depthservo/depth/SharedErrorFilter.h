@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/depth/InverseDepthFilter.h"
 #include "depthservo/depth/MeasurementNoise.h"
@@ -51,7 +52,7 @@ struct SharedErrorFilterOptions {
 /// to the constant ones is carried along and enters its sigma, the others count as noise.
 ///
 /// Real-time: no allocation after construction. Where the motion is not known points go on alone.
-class SharedErrorFilter : public PointSetEstimator {
+class DEPTHSERVO_API SharedErrorFilter : public PointSetEstimator {
  public:
   using Options = SharedErrorFilterOptions;
   static constexpr int kNone = -1;

@@ -1,11 +1,12 @@
 #pragma once
 
+#include "depthservo/api.h"
 #include "depthservo/depth/WindowDepthEstimator.h"
 
 namespace depthservo {
 
 /// The baseline of every comparison: least squares on the last two images alone.
-class TwoFrameLeastSquares : public WindowDepthEstimator {
+class DEPTHSERVO_API TwoFrameLeastSquares : public WindowDepthEstimator {
  public:
   explicit TwoFrameLeastSquares(const DepthRange& range = {})
       : WindowDepthEstimator(twoFrames(), range) {}

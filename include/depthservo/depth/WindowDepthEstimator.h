@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimator.h"
 #include "depthservo/depth/WindowFit.h"
 
@@ -60,7 +61,7 @@ struct WindowOptions {
 ///
 /// A prior narrower than DepthPrior::kWideSigma_chi, and a depth given to `correctDepth`, are
 /// measurements: they are fitted together with the images as long as theirs is in the window.
-class WindowDepthEstimator : public DepthEstimator {
+class DEPTHSERVO_API WindowDepthEstimator : public DepthEstimator {
  public:
   using Options = WindowOptions;
 

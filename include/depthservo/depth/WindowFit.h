@@ -4,13 +4,14 @@
 #include <cstddef>
 #include <limits>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/motion/Flow.h"
 
 namespace depthservo {
 
 /// An inverse depth measured directly, e.g. by a range sensor.
-struct DirectDepth {
+struct DEPTHSERVO_API DirectDepth {
   double chi = 0;                                          ///< [1/m]
   double sigma = std::numeric_limits<double>::infinity();  ///< [1/m]; infinite: none
 
@@ -40,7 +41,7 @@ enum class WindowDegeneracy {
   behind,      ///< poses and images contradict each other: the point would be behind a camera
   infinity,    ///< the best inverse depth is not positive: too far, or the noise too strong
 };
-const char* toString(WindowDegeneracy degeneracy);
+DEPTHSERVO_API const char* toString(WindowDegeneracy degeneracy);
 
 /// The point that fits all images of a window, in the frame of the newest.
 struct WindowFit {
@@ -63,16 +64,16 @@ struct WindowFit {
 /// (x, y) is the newest measurement. All residuals share its noise, which more images do not
 /// average out: the covariance accounts for it. Direct depths are weighed in by their variances.
 /// \rtsafe
-WindowFit fitLeastSquares(const WindowImages& images);
+DEPTHSERVO_API WindowFit fitLeastSquares(const WindowImages& images);
 
 /// Maximum likelihood: minimises the distances to all images, the newest included, over (x, y,
 /// chi), by two Gauss-Newton steps from the least squares (2e-6 of the distance is left). About
 /// half the error of least squares. \rtsafe
-WindowFit fitMaximumLikelihood(const WindowImages& images);
+DEPTHSERVO_API WindowFit fitMaximumLikelihood(const WindowImages& images);
 
 /// The same with every image weighed by its residual: three Huber passes (2 sigma), then ten of
 /// Tukey's (4.685 sigma). Withstands outliers, in the newest image too; costs 4 % of accuracy
 /// without them and four times the time. \rtsafe
-WindowFit fitRobustly(const WindowImages& images);
+DEPTHSERVO_API WindowFit fitRobustly(const WindowImages& images);
 
 }  // namespace depthservo

@@ -62,6 +62,10 @@ struct FocalReplay {
 FocalReplay replayFocal(const Sequence& sequence, const FocalReplayOptions& options,
                         RunWatcher* watcher = nullptr);
 
+/// The first point whose lambda and 1/lambda, estimated apart, contradict each other though both have
+/// settled; nothing when there is none.
+const FocalPoint* contradicted(const FocalReplay& replay);
+
 /// In words: the lever arm and what to do about it, and whether the estimate contradicts itself.
 std::string remark(const FocalReplay& replay);
 

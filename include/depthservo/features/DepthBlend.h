@@ -1,5 +1,6 @@
 #pragma once
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimate.h"
 
 namespace depthservo {
@@ -13,7 +14,7 @@ enum class ServoDepth {
 
 /// From a depth as estimated to that which a task is given, as FeaturePoint::setServoDepth says.
 /// \rtsafe
-class DepthBlend {
+class DEPTHSERVO_API DepthBlend {
  public:
   explicit DepthBlend(const DepthRange& range = {}) : range_(range) {}
 
@@ -45,13 +46,13 @@ class DepthBlend {
 };
 
 /// Whether a task can use a depth: finite and as large as ViSP wants it (1e-6 m).
-bool isUsableDepth(double Z);
+DEPTHSERVO_API bool isUsableDepth(double Z);
 
 /// Whether a depth that is set anew is another, by its ratio to the one before: by more than half.
-bool isOtherDepth(double ratio);
+DEPTHSERVO_API bool isOtherDepth(double ratio);
 
 /// Keeps a depth that was set as the guess, if it can be one. \return whether it is a new one, that
 /// starts the depth anew: by more than half another than the guess before
-bool takeGuess(double Z, double& guess);
+DEPTHSERVO_API bool takeGuess(double Z, double& guess);
 
 }  // namespace depthservo

@@ -2,6 +2,7 @@
 
 #include <visp3/visual_features/vpFeatureDepth.h>
 
+#include "depthservo/api.h"
 #include "depthservo/features/ObservingPointFeature.h"
 
 namespace depthservo {
@@ -20,7 +21,7 @@ namespace depthservo {
 /// Z* is what Z and log(Z/Z*), set together by `buildFrom` or `set_xyZLogZoverZstar`, say, or that
 /// of `setDesiredDepth`. While it is unknown log(Z/Z*) keeps its value. All else is as for
 /// FeaturePoint.
-class FeatureDepth : public ObservingPointFeature<DEPTHSERVO_VISP vpFeatureDepth> {
+class DEPTHSERVO_API FeatureDepth : public ObservingPointFeature<DEPTHSERVO_VISP vpFeatureDepth> {
  public:
   /// Fuses a depth measured now. \param Z, sigma_Z [m], > 0 \rtsafe
   void setDepth(double Z, double sigma_Z);

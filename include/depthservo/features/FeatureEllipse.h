@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <memory>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/features/ObservedPlane.h"
 #include "depthservo/features/ObservingShapeFeature.h"
@@ -31,7 +32,8 @@ enum class EllipseShape {
 /// nobody read one that vpFeatureBuilder or a desired feature has: that guess is then 1 m, and Z*
 /// is told by `setDesiredDepth`. The depth of `estimate` is that of the ellipse's centre, or of the
 /// sphere's. All else is as for FeaturePoint.
-class FeatureEllipse : public ObservingShapeFeature<DEPTHSERVO_VISP vpFeatureEllipse> {
+class DEPTHSERVO_API FeatureEllipse
+    : public ObservingShapeFeature<DEPTHSERVO_VISP vpFeatureEllipse> {
  public:
   explicit FeatureEllipse(EllipseShape shape = EllipseShape::planar);
   FeatureEllipse(const FeatureEllipse& other);

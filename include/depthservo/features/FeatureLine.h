@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/features/ObservedPlane.h"
 #include "depthservo/features/ObservingShapeFeature.h"
@@ -25,7 +26,7 @@ namespace depthservo {
 /// before the first `observe` is the guess; ViSP lets nobody read one that vpFeatureBuilder or a
 /// desired feature has: that guess is then 1 m, and Z* is told by `setDesiredDepth`. `estimate` is
 /// the foot with its depth. All else is as for FeaturePoint.
-class FeatureLine : public ObservingShapeFeature<DEPTHSERVO_VISP vpFeatureLine> {
+class DEPTHSERVO_API FeatureLine : public ObservingShapeFeature<DEPTHSERVO_VISP vpFeatureLine> {
  public:
   FeatureLine();
   FeatureLine(const FeatureLine& other);

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <memory>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/features/ObservedPlane.h"
 #include "depthservo/features/ObservingShapeFeature.h"
@@ -29,7 +30,8 @@ namespace depthservo {
 /// exactly the one before is taken for none: the plane is predicted. Where points of the plane are
 /// observed, `update` takes their plane instead. The depth of `estimate` is that on the optical
 /// axis. `observe` allocates nothing; `init` does.
-class FeatureLuminance : public ObservingShapeFeature<DEPTHSERVO_VISP vpFeatureLuminance> {
+class DEPTHSERVO_API FeatureLuminance
+    : public ObservingShapeFeature<DEPTHSERVO_VISP vpFeatureLuminance> {
  public:
   FeatureLuminance();
   FeatureLuminance(const FeatureLuminance& other);

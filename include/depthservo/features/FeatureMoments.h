@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/features/ObservedPlane.h"
 #include "depthservo/visp/visp.h"
 
@@ -37,7 +38,7 @@ using MomentsPlane = PlaneStatus;
 /// All n points belong to the features, always: a hidden one takes part where its estimate says.
 /// Like all features they must outlive the task. Real-time: `update` does not allocate, throw, lock
 /// or print; `interaction` allocates the matrix it returns. What reaches ViSP is finite.
-class FeatureMoments : public DEPTHSERVO_VISP vpBasicFeature {
+class DEPTHSERVO_API FeatureMoments : public DEPTHSERVO_VISP vpBasicFeature {
  public:
   /// \param scale of the third feature, > 0 and finite [-]
   explicit FeatureMoments(double scale = 0.2);

@@ -3,6 +3,7 @@
 #include <visp3/core/vpCameraParameters.h>
 #include <visp3/visual_features/vpFeaturePoint.h>
 
+#include "depthservo/api.h"
 #include "depthservo/features/ObservingPointFeature.h"
 
 namespace depthservo {
@@ -37,7 +38,7 @@ namespace depthservo {
 ///
 /// Z* is that of `setDesiredDepth`, else of the desired feature met in `error`, if it was set
 /// there: ViSP's default of 1 m says nothing.
-class FeaturePoint : public ObservingPointFeature<DEPTHSERVO_VISP vpFeaturePoint> {
+class DEPTHSERVO_API FeaturePoint : public ObservingPointFeature<DEPTHSERVO_VISP vpFeaturePoint> {
  public:
   /// Observes with an InverseDepthFilter that considers the errors of ErrorProfile::arm(): precise
   /// joints, a camera mounted by hand. For other robots see `setErrors`.

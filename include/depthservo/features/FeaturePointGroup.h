@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/PointSetEstimator.h"
 #include "depthservo/features/PointFeatures.h"
 
@@ -22,7 +23,7 @@ namespace depthservo {
 /// FeaturePoint: `set_Z` on a feature is a guess, or starts that depth anew; a feature whose x and
 /// y were not set is hidden. Must outlive the task, like ViSP's features. \rtsafe after
 /// construction
-class FeaturePointGroup : public PointFeatures {
+class DEPTHSERVO_API FeaturePointGroup : public PointFeatures {
  public:
   /// \param estimator copied; with room for `count` points
   FeaturePointGroup(const PointSetEstimator& estimator, std::size_t count);

@@ -2,6 +2,7 @@
 
 #include <visp3/visual_features/vpFeaturePointPolar.h>
 
+#include "depthservo/api.h"
 #include "depthservo/features/ObservingPointFeature.h"
 
 namespace depthservo {
@@ -15,7 +16,8 @@ namespace depthservo {
 ///     v = task.computeControlLaw();                   // unchanged
 ///
 /// All else is as for FeaturePoint. Once observed, rho stays above what ViSP refuses (1e-6).
-class FeaturePointPolar : public ObservingPointFeature<DEPTHSERVO_VISP vpFeaturePointPolar> {
+class DEPTHSERVO_API FeaturePointPolar
+    : public ObservingPointFeature<DEPTHSERVO_VISP vpFeaturePointPolar> {
  public:
   /// Fuses a depth measured now. \param Z, sigma_Z [m], > 0 \rtsafe
   void setDepth(double Z, double sigma_Z);

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "depthservo/api.h"
 #include "depthservo/features/ObservedPoint.h"
 #include "depthservo/features/ObservingFeature.h"
 
@@ -18,7 +19,7 @@ namespace depthservo {
 ///     v = task.computeControlLaw();                       // unchanged
 ///
 /// `setZ1` and `setZ2` before the first `observe` are the guesses. All else is as for FeaturePoint.
-class FeatureSegment : public ObservingFeature<DEPTHSERVO_VISP vpFeatureSegment> {
+class DEPTHSERVO_API FeatureSegment : public ObservingFeature<DEPTHSERVO_VISP vpFeatureSegment> {
  public:
   explicit FeatureSegment(bool normalized = false) { setNormalized(normalized); }
 

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/features/PointFeatures.h"
 #include "depthservo/visp/visp.h"
 
@@ -18,7 +19,7 @@ enum class PlaneStatus {
                    ///< behind the camera): the plane at their mean depth, facing the camera
   unusable,        ///< points that all coincide, or not finite: the plane before is kept
 };
-const char* toString(PlaneStatus status);
+DEPTHSERVO_API const char* toString(PlaneStatus status);
 
 /// The plane of observed points, in the camera frame and in ViSP's convention
 ///
@@ -38,7 +39,7 @@ const char* toString(PlaneStatus status);
 ///
 /// Real-time: `update`, `buildFrom` and `predict` do not allocate, throw, lock or print; whatever
 /// the points, A, B and C are finite.
-class ObservedPlane {
+class DEPTHSERVO_API ObservedPlane {
  public:
   /// From the points of a group as its last `observe` left them, at the depths that a task is given
   /// (FeaturePoint::setServoDepth). Before their first `observe`: as set by the user. \rtsafe

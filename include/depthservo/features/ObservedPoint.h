@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimator.h"
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/features/DepthBlend.h"
@@ -22,7 +23,7 @@ struct ShownPoint {
 ///
 /// Real-time: what is marked so does not allocate, throw, lock or print. What is shown is always
 /// finite, with Z within the range. Copies are independent.
-class ObservedPoint {
+class DEPTHSERVO_API ObservedPoint {
  public:
   /// Observes with an InverseDepthFilter that considers the errors of ErrorProfile::arm().
   ObservedPoint();

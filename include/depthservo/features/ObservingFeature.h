@@ -6,6 +6,7 @@
 
 #include <iostream>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/motion/ToldMotion.h"
 #include "depthservo/visp/visp.h"
@@ -14,10 +15,10 @@ namespace depthservo {
 
 namespace detail {
 /// \return a motion that is not usable where the twist is not
-Motion motionOf(const DEPTHSERVO_VISP vpColVector& twist, double dt);
+DEPTHSERVO_API Motion motionOf(const DEPTHSERVO_VISP vpColVector& twist, double dt);
 
 /// One line; nothing before the first estimate.
-void describeDepth(std::ostream& out, const DepthEstimate& estimate);
+DEPTHSERVO_API void describeDepth(std::ostream& out, const DepthEstimate& estimate);
 }  // namespace detail
 
 /// What the drop-ins for ViSP's features have in common: `observe`, and what they override. See

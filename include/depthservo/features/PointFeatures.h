@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/PointSetEstimator.h"
 #include "depthservo/features/FeaturePoint.h"
 
@@ -13,7 +14,7 @@ namespace depthservo {
 /// the near end of the range: where some depths are found, these are given their median; where some
 /// features have a Z*, the others are given their mean. Must outlive the task, like ViSP's
 /// features. \rtsafe after construction
-class PointFeatures {
+class DEPTHSERVO_API PointFeatures {
  public:
   PointFeatures(std::size_t count, const DepthRange& range);
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Flow.h"
 
 namespace depthservo {
@@ -14,7 +15,7 @@ namespace depthservo {
 ///     qdot = -gain J^-1 e,   J (d x d): velocities of the camera's degrees of freedom by the
 ///     robot's
 /// Only depths at the goal enter. s = (x_1, y_1, ..., x_n, y_n), normalised.
-class TaskFunction {
+class DEPTHSERVO_API TaskFunction {
  public:
   /// Degrees of freedom of a camera with a horizontal optical axis on a robot on the floor: vx, vz
   /// and wy of (vx, vy, vz, wx, wy, wz).

@@ -4,6 +4,7 @@
 #include <visp3/core/vpMatrix.h>
 #include <visp3/core/vpVelocityTwistMatrix.h>
 
+#include "depthservo/api.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
@@ -13,8 +14,8 @@ namespace depthservo {
 /// For FeaturePoint::observe; qdot is the velocity really applied, after saturation. \param cVe
 /// 6x6, end effector to camera \param eJe 6xn, robot Jacobian in the end-effector frame \param qdot
 /// n \throw vpException when the sizes do not match
-DEPTHSERVO_VISP vpColVector cameraTwist(const DEPTHSERVO_VISP vpVelocityTwistMatrix& cVe,
-                                        const DEPTHSERVO_VISP vpMatrix& eJe,
-                                        const DEPTHSERVO_VISP vpColVector& qdot);
+DEPTHSERVO_API DEPTHSERVO_VISP vpColVector
+cameraTwist(const DEPTHSERVO_VISP vpVelocityTwistMatrix& cVe, const DEPTHSERVO_VISP vpMatrix& eJe,
+            const DEPTHSERVO_VISP vpColVector& qdot);
 
 }  // namespace depthservo

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Twist.h"
 #include "depthservo/motion/UnknownMotion.h"
 
@@ -24,7 +25,7 @@ struct WithinRows {
 ///
 /// Real-time: every member is free of allocation and exceptions. Non-finite input gives non-finite
 /// output; `isFinite()` tells.
-struct Motion {
+struct DEPTHSERVO_API Motion {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();  ///< [m]
   double dt = 0.0;                              ///< duration [s]
@@ -67,6 +68,6 @@ struct Motion {
 
 /// Twist of a camera at the pose bMc = (R, p) in a body with that twist, each in its own frame:
 /// v_c = R^T (v + w x p), w_c = R^T w. Both see the same rigid motion.
-Twist twistOfCamera(const Eigen::Isometry3d& bMc, const Twist& ofBody);
+DEPTHSERVO_API Twist twistOfCamera(const Eigen::Isometry3d& bMc, const Twist& ofBody);
 
 }  // namespace depthservo

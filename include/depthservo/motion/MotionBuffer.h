@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Motion.h"
 #include "depthservo/motion/OdometryRow.h"
 
@@ -20,7 +21,7 @@ enum class Coverage {
   afterEnd,     ///< the interval ends after the newest row has lost its validity: odometry is late
   reversed,     ///< the interval ends before it begins, or a time is not finite
 };
-const char* toString(Coverage coverage);
+DEPTHSERVO_API const char* toString(Coverage coverage);
 
 /// Whether there is a motion to go on with, known (complete) or in part unknown (hole, ended,
 /// refused).
@@ -45,7 +46,7 @@ inline bool hasMotion(Coverage coverage) { return coverage <= Coverage::refused;
 /// the newest row, once it is that old; until then its successor is only late (`afterEnd`).
 ///
 /// Real-time: all memory is taken by the constructor. When full, the oldest row is forgotten.
-class MotionBuffer {
+class DEPTHSERVO_API MotionBuffer {
  public:
   /// \param capacity greatest number of rows kept, at least 2
   /// \param nominalPeriod_s how long a single row is valid [s], >= 0

@@ -3,11 +3,13 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "depthservo/api.h"
+
 namespace depthservo {
 
 /// A pose in words: roll, pitch, yaw. Its rotation is Rz(yaw) Ry(pitch) Rx(roll); it maps
 /// coordinates of the posed frame to the frame it is given in.
-struct RpyPose {
+struct DEPTHSERVO_API RpyPose {
   Eigen::Vector3d xyz = Eigen::Vector3d::Zero();  ///< [m]
   Eigen::Vector3d rpy = Eigen::Vector3d::Zero();  ///< [rad]
 

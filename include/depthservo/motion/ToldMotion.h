@@ -1,5 +1,6 @@
 #pragma once
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Motion.h"
 
 namespace depthservo {
@@ -8,7 +9,7 @@ namespace depthservo {
 /// is not known, lasting as long as the image says it did, or as long as the one before.
 ///
 /// Real-time: nothing allocates or throws.
-class ToldMotion {
+class DEPTHSERVO_API ToldMotion {
  public:
   /// The motion since the last image; of no duration while nothing is known of the time either.
   /// \rtsafe

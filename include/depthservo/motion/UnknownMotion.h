@@ -1,5 +1,6 @@
 #pragma once
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Twist.h"
 
 namespace depthservo {
@@ -16,7 +17,7 @@ struct UnknownPart {
 
 /// How a camera may move while its odometry is missing. Depths then coast with a sigma that grows
 /// as these bounds, which count as two sigma, allow; set those of your robot.
-struct UnknownMotion {
+struct DEPTHSERVO_API UnknownMotion {
   double speed_mps = 1;              ///< greatest speed [m/s], >= 0; the last known one if higher
   double acceleration_mps2 = 2;      ///< greatest acceleration [m/s^2]; 0 or less: any
   double turnRate_rps = 1.5;         ///< greatest turn rate [rad/s], >= 0; likewise

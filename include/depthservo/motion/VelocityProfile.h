@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
+
 namespace depthservo {
 
 /// Velocities until a time: v + amplitude sin(omega t + phase), component by component, t being the
@@ -21,9 +23,10 @@ struct VelocitySegment {
 using VelocityProfile = std::vector<VelocitySegment>;
 
 /// The velocities of a profile at a time [s]. \param size how many there are
-Eigen::VectorXd velocityAt(const VelocityProfile& profile, double time_s, Eigen::Index size);
+DEPTHSERVO_API Eigen::VectorXd velocityAt(const VelocityProfile& profile, double time_s,
+                                          Eigen::Index size);
 
 /// Why this cannot be a profile of `size` velocities; empty: it can.
-std::string objection(const VelocityProfile& profile, std::size_t size);
+DEPTHSERVO_API std::string objection(const VelocityProfile& profile, std::size_t size);
 
 }  // namespace depthservo

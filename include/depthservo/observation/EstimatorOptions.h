@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/depth/ErrorProfile.h"
 #include "depthservo/depth/NonlinearDepthObserver.h"
@@ -16,14 +17,15 @@ namespace depthservo {
 /// Every depth estimator by the name users give it: constant | true | two-frame | nonlinear |
 /// window | filter | joint | pose.
 enum class EstimatorKind { constant, trueDepth, twoFrame, nonlinear, window, filter, joint, pose };
-const char* toString(EstimatorKind kind);
+DEPTHSERVO_API const char* toString(EstimatorKind kind);
 
 /// The estimator of this name. Throws InputError at `place`.
-EstimatorKind estimatorNamed(const std::string& name, const InputError::Place& place);
+DEPTHSERVO_API EstimatorKind estimatorNamed(const std::string& name,
+                                            const InputError::Place& place);
 
 /// Gains of the nonlinear observer: k and k_3 if given, otherwise scheduled by settling and
 /// W_min.
-struct ObserverGainOptions {
+struct DEPTHSERVO_API ObserverGainOptions {
   double settling = 1.5;         ///< to 2 % [s]
   double W_min = 0.01;           ///< excitation below which the gain stops growing [m/s]
   std::optional<double> k, k_3;  ///< [1/s] and [1/m^2], normalised image coordinates
@@ -60,13 +62,13 @@ enum class ErrorKind {
   poses,
   file,  ///< EstimatorOptions::profile
 };
-const char* toString(ErrorKind kind);
+DEPTHSERVO_API const char* toString(ErrorKind kind);
 
 /// The errors of this name; none: no such word.
-std::optional<ErrorKind> errorKindNamed(const std::string& name);
+DEPTHSERVO_API std::optional<ErrorKind> errorKindNamed(const std::string& name);
 
 /// Every name; `file` has none.
-std::vector<std::string> errorKindNames();
+DEPTHSERVO_API std::vector<std::string> errorKindNames();
 
 /// Which estimator, its first guess and its settings.
 struct EstimatorOptions {
@@ -85,6 +87,6 @@ struct EstimatorOptions {
 };
 
 /// What does not fit together.
-void check(const EstimatorOptions& depth, const Refuse& refuse);
+DEPTHSERVO_API void check(const EstimatorOptions& depth, const Refuse& refuse);
 
 }  // namespace depthservo

@@ -5,13 +5,14 @@
 #include <cstddef>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
 
 /// A few images of a run, evenly spread over what has come so far, however long it is: to look at
 /// what happened. At most `kMost` of them, none wider or higher than `kLargest_px`.
-class Film {
+class DEPTHSERVO_API Film {
  public:
   static constexpr std::size_t kMost = 120;
   static constexpr unsigned kLargest_px = 640;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/observation/EstimatorOptions.h"
@@ -28,7 +29,7 @@ enum class MotionSource {
   target,  ///< the pose of the known target, computed in each image; it also gives the true depths
 };
 
-struct ObservationOptions {
+struct DEPTHSERVO_API ObservationOptions {
   TrackerKind tracker = TrackerKind::automatic;
   MotionSource motion = MotionSource::automatic;
   EstimatorOptions depth;              ///< estimator, first guess, range

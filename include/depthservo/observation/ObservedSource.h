@@ -3,13 +3,14 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/sequence/Sequence.h"
 
 namespace depthservo {
 
 /// Where images and odometry come from, as far as the observer must know it.
-struct ObservedSource {
+struct DEPTHSERVO_API ObservedSource {
   std::string place;     ///< folder, file or camera, for messages
   std::string settings;  ///< file that names the target and how to observe it; empty: none
   PinholeCamera camera;

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/PointSetEstimator.h"
 #include "depthservo/motion/MotionBuffer.h"
 #include "depthservo/observation/Exposure.h"
@@ -23,7 +24,7 @@ namespace depthservo {
 /// For each image: the tracker finds the points, where they are expected; the estimator moves to
 /// the time of the image with the odometry at hand and is corrected; the monitors compare what was
 /// measured with what was declared. Never throws after construction.
-class Observer {
+class DEPTHSERVO_API Observer {
  public:
   /// \throw InputError the source lacks what the options ask for, or its gains are implausible
   Observer(const ObservedSource& source, const ObservationOptions& options);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/depth/ConsistencyMonitor.h"
 #include "depthservo/depth/ErrorProfile.h"
@@ -24,7 +25,7 @@ namespace depthservo {
 /// How a run ended.
 enum class Outcome { converged, stalled, leftImage, lost, diverged, collision, timeout };
 /// As printed: converged | stalled | left-image | lost | diverged | collision | timeout.
-const char* toString(Outcome outcome);
+DEPTHSERVO_API const char* toString(Outcome outcome);
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -59,7 +60,7 @@ struct Event {
 };
 
 /// Whether images and odometry agreed with what was declared of them.
-struct RunDiagnosis {
+struct DEPTHSERVO_API RunDiagnosis {
   ConsistencyMonitor::Diagnosis latest;  ///< the cause that was named longest, as last named
   double first_s = kUnknown;             ///< when it was named first
   double named_s = 0;                    ///< for how long in all [s]
@@ -77,7 +78,7 @@ struct RunDiagnosis {
 };
 
 /// What the joint filter has learnt besides depths.
-struct JointStates {
+struct DEPTHSERVO_API JointStates {
   JointDepthFilter::Common timeOffset;               ///< [s], > 0: images are late
   std::array<JointDepthFilter::Common, 3> gyroBias;  ///< [rad/s]
   JointDepthFilter::Common focal;                    ///< true / given focal length [-]
@@ -91,7 +92,7 @@ struct JointStates {
 };
 
 /// What has been learnt of the noise, a sentence.
-std::string sentenceOf(const MeasurementNoise& noise);
+DEPTHSERVO_API std::string sentenceOf(const MeasurementNoise& noise);
 
 /// What the observed depths of an AprilTag's corners say of its size.
 struct TagRecord {
@@ -158,6 +159,6 @@ constexpr double kImageErrorOver_s = 2;
 /// Image error [px] of the frames from one time to another: the distance of the mean position of
 /// each feature to its goal, rms over the features, so that pixel noise averages out. Unknown
 /// without goals or features.
-double meanImageError(const RunLog& log, double from_s, double to_s);
+DEPTHSERVO_API double meanImageError(const RunLog& log, double from_s, double to_s);
 
 }  // namespace depthservo

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/Excitation.h"
 #include "depthservo/observation/RunLog.h"
 
@@ -22,7 +23,7 @@ struct UnexcitedPeriod {
 constexpr double kUnexcitedFor_s = 1;
 
 /// Finds such periods image by image. Points that are no longer in the images are forgotten.
-class UnexcitedPeriods {
+class DEPTHSERVO_API UnexcitedPeriods {
  public:
   void add(const FrameRecord& frame);
 
@@ -49,9 +50,9 @@ class UnexcitedPeriods {
 };
 
 /// All such periods of a log that are long enough, by time.
-std::vector<UnexcitedPeriod> unexcitedPeriods(const RunLog& log);
+DEPTHSERVO_API std::vector<UnexcitedPeriod> unexcitedPeriods(const RunLog& log);
 
 /// Adds an event where each begins, one for all points it concerns; events stay ordered by time.
-void addUnexcitedEvents(RunLog& log);
+DEPTHSERVO_API void addUnexcitedEvents(RunLog& log);
 
 }  // namespace depthservo

@@ -2,6 +2,8 @@
 
 #include <optional>
 
+#include "depthservo/api.h"
+
 namespace depthservo {
 
 /// Gains of the sampled visual motion observer and of the regulation built on it, with what the
@@ -39,7 +41,8 @@ struct ObserverConditions {
 };
 
 /// Throws std::invalid_argument for a parameter out of its range.
-ObserverConditions observerConditions(const SampledGains& gains, Norms norms = Norms::paper);
+DEPTHSERVO_API ObserverConditions observerConditions(const SampledGains& gains,
+                                                     Norms norms = Norms::paper);
 
 /// The same for the coupled regulation law (22).
 struct RegulationConditions {
@@ -57,7 +60,8 @@ struct RegulationConditions {
 };
 
 /// Throws std::invalid_argument for a parameter out of its range.
-RegulationConditions regulationConditions(const SampledGains& gains, Norms norms = Norms::paper);
+DEPTHSERVO_API RegulationConditions regulationConditions(const SampledGains& gains,
+                                                         Norms norms = Norms::paper);
 
 /// Gains for a camera, with the smallest bound that the conditions can guarantee.
 struct GainDesign {
@@ -71,18 +75,18 @@ struct GainDesign {
 /// start near the truth; with it, (17a) is met from there. For kappa = 0 the largest ke that meets
 /// (7). \param delta 0.95 loses 5 % of the bound against 1 and keeps a rate
 /// Throws std::invalid_argument for a parameter out of its range.
-GainDesign designObserver(double fps, double kappa, double delta = 0.95,
-                          std::optional<double> U0 = {});
+DEPTHSERVO_API GainDesign designObserver(double fps, double kappa, double delta = 0.95,
+                                         std::optional<double> U0 = {});
 
 /// ke and gamma that minimise (27), then the largest kc that (23) allows. For kappa = 0 the largest
 /// kc = ke that meets (23). Throws std::invalid_argument for a parameter out of its range.
-GainDesign designRegulation(double fps, double kappa, double delta = 0.95,
-                            std::optional<double> U0 = {});
+DEPTHSERVO_API GainDesign designRegulation(double fps, double kappa, double delta = 0.95,
+                                           std::optional<double> U0 = {});
 
 /// Observer gain [1/s] for use rather than proof: minimises the sum of the squared lag kappa/ke and
 /// the squared noise sigma_pose^2 keT/(2 - keT), with keT <= 0.5.
 /// \param kappa expected |V_wo|, > 0  \param sigma_pose noise of the pose from one image, >= 0
-double likelyObserverGain(double fps, double kappa, double sigma_pose);
+DEPTHSERVO_API double likelyObserverGain(double fps, double kappa, double sigma_pose);
 
 /// What a frame rate means for gains in use.
 enum class FrameRateVerdict {
@@ -90,7 +94,7 @@ enum class FrameRateVerdict {
   likely,      ///< not proved; the linear sampled loop with a still target is stable
   tooSlow,     ///< below that limit: corrections overshoot and grow, unless they are guarded
 };
-const char* toString(FrameRateVerdict verdict);
+DEPTHSERVO_API const char* toString(FrameRateVerdict verdict);
 
 /// The conditions at a frame rate met by a running observer.
 struct FrameRateCheck {
@@ -106,7 +110,7 @@ struct FrameRateCheck {
 /// \param fps lowest frame rate met, > 0, may be infinite  \param kappa expected |V_wo|, >= 0
 /// \param kc camera gain of the coupled law (22); none: the observer by itself
 /// Throws std::invalid_argument for a parameter out of its range.
-FrameRateCheck checkFrameRate(double fps, double ke, double kappa, double delta = 0.95,
-                              std::optional<double> kc = {});
+DEPTHSERVO_API FrameRateCheck checkFrameRate(double fps, double ke, double kappa,
+                                             double delta = 0.95, std::optional<double> kc = {});
 
 }  // namespace depthservo

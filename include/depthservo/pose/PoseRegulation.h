@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <limits>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Twist.h"
 #include "depthservo/pose/PoseError.h"
 
@@ -33,7 +34,7 @@ struct PoseRegulationOptions {
 /// way.
 ///
 /// Real-time: nothing allocates or throws. A pose that is not finite gives the zero twist.
-class PoseRegulation {
+class DEPTHSERVO_API PoseRegulation {
  public:
   using Options = PoseRegulationOptions;
 

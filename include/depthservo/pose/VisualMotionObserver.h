@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/PointSetEstimator.h"
 #include "depthservo/pose/PoseError.h"
 
@@ -27,7 +28,7 @@ enum class ImageVerdict {
   rotationTooLarge,  ///< the target is turned by more than kLargestRotation from the estimate
   inconsistent       ///< no pose near the estimate explains the points
 };
-const char* toString(ImageVerdict verdict);
+DEPTHSERVO_API const char* toString(ImageVerdict verdict);
 
 namespace detail {
 struct PoseStep;
@@ -100,7 +101,7 @@ struct VisualMotionObserverOptions {
 /// the systematic lag behind a moving target, known as the mean of e_e over 1/ke, which grows while
 /// nothing is measured. It has no share for an error of the target's shape, and none for odometry
 /// errors other than their part in the lag. excitation is 0: no motion is needed.
-class VisualMotionObserver : public PointSetEstimator {
+class DEPTHSERVO_API VisualMotionObserver : public PointSetEstimator {
  public:
   using Options = VisualMotionObserverOptions;
 

@@ -15,7 +15,8 @@ struct Paper {
 };
 
 /// A plate of columns x rows dots, a square apart, centred at the object frame's origin; row by row
-/// from the top left. \param width between the centres of the outer columns [m]
+/// from the top left; four dots go round, as those of the scenarios do. \param width between the
+/// centres of the outer columns [m]
 DotTarget dotGrid(int columns, int rows, double width, double radius);
 
 /// Draws a target in its true size onto one page of PDF: black on white, in the middle, with a

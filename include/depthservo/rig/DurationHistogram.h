@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "depthservo/api.h"
+
 namespace depthservo {
 
 /// How long something took, however often: counts by length, in the memory that it has at the
@@ -11,7 +13,7 @@ namespace depthservo {
 ///
 /// Lengths from 1 us to 1000 s are told apart where they differ by 1 %; shorter and longer ones are
 /// counted with the shortest and the longest. Real-time: nothing allocates, locks or throws.
-class DurationHistogram {
+class DEPTHSERVO_API DurationHistogram {
  public:
   void add(double duration_s) noexcept;  ///< NaN is left out
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/rig/observe.h"
 #include "depthservo/sequence/TwistSource.h"
@@ -34,7 +35,7 @@ struct LiveOptions {
 /// end.
 ///
 /// The same images, times and twists give the same estimates as a replay.
-class LiveRig : public Rig {
+class DEPTHSERVO_API LiveRig : public Rig {
  public:
   /// \param twists null: the motion is that of the target, which needs four points. Both outlive
   /// the rig. \throw InputError no motion
@@ -72,7 +73,7 @@ class LiveRig : public Rig {
 /// Observes depth while images come. \param watcher may be null \throw InputError there is nothing
 /// to track, no motion, not what the estimator needs, no image at all, or one of another size than
 /// the camera's
-RunLog live(const LiveOptions& options, ImageSource& images, TwistSource* twists,
-            RunWatcher* watcher = nullptr);
+DEPTHSERVO_API RunLog live(const LiveOptions& options, ImageSource& images, TwistSource* twists,
+                           RunWatcher* watcher = nullptr);
 
 }  // namespace depthservo

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "depthservo/api.h"
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/rig/observe.h"
 #include "depthservo/sequence/Sequence.h"
@@ -9,7 +10,7 @@
 namespace depthservo {
 
 /// A recorded sequence as a rig: its images or tracks, its odometry, its truth.
-class RecordedRig : public Rig {
+class DEPTHSERVO_API RecordedRig : public Rig {
  public:
   /// \param sequence outlives the rig \throw InputError it lacks what the options ask for
   RecordedRig(const Sequence& sequence, const ObservationOptions& options);
@@ -33,7 +34,7 @@ class RecordedRig : public Rig {
 
 /// Observes depth on recorded data. \param watcher may be null \throw InputError the sequence lacks
 /// what the options ask for, or an image cannot be read
-RunLog replay(const Sequence& sequence, const ObservationOptions& options,
-              RunWatcher* watcher = nullptr);
+DEPTHSERVO_API RunLog replay(const Sequence& sequence, const ObservationOptions& options,
+                             RunWatcher* watcher = nullptr);
 
 }  // namespace depthservo

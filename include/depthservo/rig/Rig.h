@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/MotionBuffer.h"
 #include "depthservo/observation/Exposure.h"
 #include "depthservo/observation/ObservedSource.h"
@@ -15,7 +16,7 @@
 namespace depthservo {
 
 /// A robot with a camera, as the loop sees it: simulated, recorded or real.
-class Rig {
+class DEPTHSERVO_API Rig {
  public:
   /// Hears what happens between two images.
   class Listener {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "depthservo/api.h"
 #include "depthservo/rig/DurationHistogram.h"
 #include "depthservo/rig/SimulatedRigOptions.h"
 
@@ -42,7 +43,7 @@ struct RobotServerReport {
 /// Commands are taken when a row of odometry begins, as base controllers do: rate 100 or more. One
 /// that is older than its time to live, by its stamp or since it came, is none: the robot brakes by
 /// limits.brake_v, brake_w. The drives themselves can do that; who commands keeps to dv, dw.
-class RobotServer {
+class DEPTHSERVO_API RobotServer {
  public:
   /// \param place of the options, for messages \throw InputError
   RobotServer(const SimulatedRigOptions& rig, const RobotServerOptions& options,

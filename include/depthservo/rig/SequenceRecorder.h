@@ -2,13 +2,14 @@
 
 #include <string>
 
+#include "depthservo/api.h"
 #include "depthservo/rig/observe.h"
 #include "depthservo/sequence/SequenceWriter.h"
 
 namespace depthservo {
 
 /// Writes what the sensors of a rig give, and what is true where it is known, as a sequence.
-class SequenceRecorder : public RunWatcher {
+class DEPTHSERVO_API SequenceRecorder : public RunWatcher {
  public:
   /// \param folder must not exist; whole or not at all \param next watches, too; may be null
   /// \throw InputError

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/rig/Rig.h"
 #include "depthservo/rig/SimulatedRigOptions.h"
 
@@ -11,7 +12,7 @@ namespace depthservo {
 
 /// A simulated robot before its target, through synthetic images or exact projection. Its images
 /// may be jittered, late, or lost on their way; its odometry as bad as the options say.
-class SimulatedRig : public Rig {
+class DEPTHSERVO_API SimulatedRig : public Rig {
  public:
   /// \param place of the options, for messages \throw InputError they cannot be simulated
   explicit SimulatedRig(const SimulatedRigOptions& options, const std::string& place = "");

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/motion/OdometryNoise.h"
 #include "depthservo/motion/OdometryRow.h"
@@ -50,7 +51,7 @@ struct CameraOptions {
 enum class SensingSource { geometry, image };
 
 /// Points that are not seen for a while.
-struct HiddenPeriod {
+struct DEPTHSERVO_API HiddenPeriod {
   double from = 0, to = 0;  ///< [s], from < to
   std::vector<int> points;  ///< indices; empty: all
 
@@ -58,7 +59,7 @@ struct HiddenPeriod {
 };
 
 /// What becomes of an image or of its points on the way to the estimator.
-struct SensingOptions {
+struct DEPTHSERVO_API SensingOptions {
   SensingSource source = SensingSource::image;
   TargetKind tracker = TargetKind::dots;  ///< must be target.type
   double pixel_noise = 0;                 ///< 1 sigma per axis of every measured position [px]
@@ -85,7 +86,7 @@ struct SensingOptions {
 };
 
 /// How the robot measures its own motion.
-struct OdometryOptions {
+struct DEPTHSERVO_API OdometryOptions {
   double scale = 1;                                 ///< measured / true linear velocity [-]
   double scale_sigma = 0;                           ///< 1 sigma of it told to the estimator [-]
   Eigen::Vector2d noise = Eigen::Vector2d::Zero();  ///< 1 sigma per row [m/s, rad/s]
@@ -122,9 +123,9 @@ struct SimulatedRigOptions {
 
 /// One robot of those that the options describe: what the seed draws once (the keys `*_drawn`) is
 /// added to the error itself, and is 0 in the result.
-SimulatedRigOptions drawnRobot(SimulatedRigOptions rig);
+DEPTHSERVO_API SimulatedRigOptions drawnRobot(SimulatedRigOptions rig);
 
 /// What does not fit together, target and robot included.
-void check(const SimulatedRigOptions& rig, const Refuse& refuse);
+DEPTHSERVO_API void check(const SimulatedRigOptions& rig, const Refuse& refuse);
 
 }  // namespace depthservo

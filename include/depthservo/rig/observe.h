@@ -1,5 +1,6 @@
 #pragma once
 
+#include "depthservo/api.h"
 #include "depthservo/observation/Observer.h"
 #include "depthservo/rig/Rig.h"
 
@@ -13,7 +14,7 @@ struct RunFrame {
   const Rig& rig;
 };
 
-class RunWatcher {
+class DEPTHSERVO_API RunWatcher {
  public:
   virtual ~RunWatcher() = default;
   /// False: stop here.
@@ -28,17 +29,17 @@ enum class Keep {
 };
 
 /// Adds one image to the log.
-void append(RunLog& log, FrameRecord frame, const Exposure& exposure, Keep keep);
+DEPTHSERVO_API void append(RunLog& log, FrameRecord frame, const Exposure& exposure, Keep keep);
 
 /// Lets go of all events and of what lies back by more than some 300 frames, now and then, so that
 /// a run without end does not grow. Frames are fewer then than before.
-void forgetTheOld(RunLog& log);
+DEPTHSERVO_API void forgetTheOld(RunLog& log);
 
 /// Adds what the rig and the observer have to say.
-void takeEvents(RunLog& log, Rig& rig, Observer& observer);
+DEPTHSERVO_API void takeEvents(RunLog& log, Rig& rig, Observer& observer);
 
 /// Observes all images of a rig, with no robot that is commanded. \param watcher may be null
-RunLog observe(Rig& rig, Observer& observer, RunWatcher* watcher = nullptr,
-               Keep keep = Keep::everything);
+DEPTHSERVO_API RunLog observe(Rig& rig, Observer& observer, RunWatcher* watcher = nullptr,
+                              Keep keep = Keep::everything);
 
 }  // namespace depthservo

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "depthservo/api.h"
 #include "depthservo/robots/SimulatedRobot.h"
 
 namespace depthservo {
@@ -10,7 +11,7 @@ namespace depthservo {
 /// A camera that moves freely: commands are its own twist (vx, vy, vz, wx, wy, wz) [m/s, rad/s], in
 /// its frame. Exact for a constant twist; e is the camera frame. The limits scale all six by a
 /// common factor.
-class FreeCamera : public SimulatedRobot {
+class DEPTHSERVO_API FreeCamera : public SimulatedRobot {
  public:
   explicit FreeCamera(const Eigen::Isometry3d& wMc) : wMc_(wMc) {}
 

@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "depthservo/api.h"
 #include "depthservo/robots/SimulatedRobot.h"
 
 namespace depthservo {
@@ -24,7 +25,7 @@ namespace depthservo {
 ///     r' = -upperArm sin q2 q2' - forearm sin e e',   h' = upperArm cos q2 q2' + forearm cos e e'.
 ///
 /// The limits scale all five velocities by a common factor.
-class MobileManipulator : public SimulatedRobot {
+class DEPTHSERVO_API MobileManipulator : public SimulatedRobot {
  public:
   using Vector5d = Eigen::Matrix<double, 5, 1>;
   using Jacobian = Eigen::Matrix<double, 6, 5>;

@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "depthservo/api.h"
 #include "depthservo/robots/SimulatedRobot.h"
 
 namespace depthservo {
@@ -12,7 +13,7 @@ namespace depthservo {
 /// Robot frame e: x forward, y left, z up. The camera sits at (rx, ry, rz) in it, looking forward.
 /// Commands are (vx, vy [m/s], w [rad/s]) in the robot frame. The limits scale all three by a
 /// common factor.
-class OmniBase : public SimulatedRobot {
+class DEPTHSERVO_API OmniBase : public SimulatedRobot {
  public:
   struct Pose {
     double x = 0, y = 0;  ///< [m]

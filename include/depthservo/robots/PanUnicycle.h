@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "depthservo/api.h"
 #include "depthservo/robots/SimulatedRobot.h"
 
 namespace depthservo {
@@ -31,7 +32,7 @@ struct PanUnicycleLimits {
 ///
 /// The limits scale the three velocities by a common factor, so the camera keeps its direction; at
 /// an end stop the joint alone stops.
-class PanUnicycle : public SimulatedRobot {
+class DEPTHSERVO_API PanUnicycle : public SimulatedRobot {
  public:
   struct Geometry {
     double Dx = 0.1;          ///< of the pan axis [m]

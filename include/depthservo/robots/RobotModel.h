@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Twist.h"
 #include "depthservo/pose/PoseRegulation.h"
 #include "depthservo/visp/visp.h"
@@ -15,7 +16,7 @@ namespace depthservo {
 
 /// A robot that carries a camera, as a control law sees it: it is driven by n velocities qdot, and
 /// the camera's twist is cVe eJe qdot.
-class RobotModel {
+class DEPTHSERVO_API RobotModel {
  public:
   virtual ~RobotModel() = default;
 

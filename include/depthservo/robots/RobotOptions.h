@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/RpyPose.h"
 #include "depthservo/text/Refuse.h"
 
@@ -58,9 +59,9 @@ struct RobotOptions {
 struct RobotVelocityLimits {
   Eigen::VectorXd velocity, acceleration, braking;
 };
-RobotVelocityLimits velocityLimits(RobotKind robot, const RobotLimits& limits);
+DEPTHSERVO_API RobotVelocityLimits velocityLimits(RobotKind robot, const RobotLimits& limits);
 
 /// What does not fit together, and what this robot does not have.
-void check(const RobotOptions& robot, const Refuse& refuse);
+DEPTHSERVO_API void check(const RobotOptions& robot, const Refuse& refuse);
 
 }  // namespace depthservo

@@ -2,12 +2,13 @@
 
 #include <Eigen/Geometry>
 
+#include "depthservo/api.h"
 #include "depthservo/robots/RobotModel.h"
 
 namespace depthservo {
 
 /// A robot that moves when it is told to, for simulations.
-class SimulatedRobot : public RobotModel {
+class DEPTHSERVO_API SimulatedRobot : public RobotModel {
  public:
   /// Moves for dt [s] with the command qdot (n velocities), after limits and actuators. A command
   /// that is not finite or of another size stops the robot. Returns the velocities really applied.

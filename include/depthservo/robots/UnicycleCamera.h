@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "depthservo/api.h"
 #include "depthservo/robots/SimulatedRobot.h"
 
 namespace depthservo {
@@ -21,7 +22,7 @@ struct UnicycleLimits {
 /// [rad/s]). Camera twist (De Luca, Oriolo, Robuffo Giordano 2008, sec. 6):
 ///     vx = sin phi (v - w ry) - cos phi w rx,   vz = cos phi (v - w ry) + sin phi w rx,   wy = -w.
 /// The limits scale v and w by a common factor, so the path keeps its curvature.
-class UnicycleCamera : public SimulatedRobot {
+class DEPTHSERVO_API UnicycleCamera : public SimulatedRobot {
  public:
   /// Pose of the robot in the world.
   struct Pose {

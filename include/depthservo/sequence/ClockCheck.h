@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
+
 namespace depthservo {
 
 struct TimeSpan {
@@ -32,12 +34,12 @@ struct ClockCheck {
 /// \param odometryTimes times of the rows [s], increasing, not empty; a row holds until the next,
 /// the last one for a median period
 /// \param odometryName what to call it in the findings
-ClockCheck describeClocks(const std::vector<double>& imageTimes,
-                          const std::vector<double>& odometryTimes,
-                          const std::string& odometryName = "odometry");
+DEPTHSERVO_API ClockCheck describeClocks(const std::vector<double>& imageTimes,
+                                         const std::vector<double>& odometryTimes,
+                                         const std::string& odometryName = "odometry");
 
 /// Intervals between successive times that are longer than four times the median and 0.04 s (twice
 /// what associate.py of the TUM RGB-D benchmark accepts between an image and its pose).
-std::vector<TimeSpan> holesOf(const std::vector<double>& times);
+DEPTHSERVO_API std::vector<TimeSpan> holesOf(const std::vector<double>& times);
 
 }  // namespace depthservo

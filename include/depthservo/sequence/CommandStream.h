@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "depthservo/api.h"
+
 namespace depthservo {
 
 /// Velocities that a robot shall have from now on, for a while.
@@ -22,13 +24,13 @@ struct CommandRow {
 
 /// Lines `sequence,timestamp,ttl,image,...`, then the robot's own names: `v,w`. NaN stands as
 /// "nan".
-std::string commandHeader(const std::vector<std::string>& velocityNames);
-std::string commandLine(const CommandRow& row);
+DEPTHSERVO_API std::string commandHeader(const std::vector<std::string>& velocityNames);
+DEPTHSERVO_API std::string commandLine(const CommandRow& row);
 /// None: not a command with n finite velocities and a time to live in (0, 10] s.
-std::optional<CommandRow> parseCommand(std::string_view line, Eigen::Index n);
+DEPTHSERVO_API std::optional<CommandRow> parseCommand(std::string_view line, Eigen::Index n);
 
 /// The name of a velocity without its unit: "v" of "v [m/s]".
-std::string shortName(const std::string& velocityName);
+DEPTHSERVO_API std::string shortName(const std::string& velocityName);
 
 namespace detail {
 class LineStream;
@@ -36,7 +38,7 @@ class PipeWriter;
 }  // namespace detail
 
 /// Where the commands to a robot go.
-class CommandSink {
+class DEPTHSERVO_API CommandSink {
  public:
   virtual ~CommandSink() = default;
 
@@ -48,7 +50,7 @@ class CommandSink {
 };
 
 /// Commands in a pipe, a file or a socket.
-class CommandWriter : public CommandSink {
+class DEPTHSERVO_API CommandWriter : public CommandSink {
  public:
   /// \param path a named pipe (made where there is none), a file, "-" for standard output, or
   /// udp:ADDRESS:PORT \throw InputError
@@ -69,7 +71,7 @@ class CommandWriter : public CommandSink {
 };
 
 /// Commands as the robot hears them. What is no command is counted and left out.
-class CommandReader {
+class DEPTHSERVO_API CommandReader {
  public:
   /// \param path a named pipe, a file, "-" for standard input, or udp:ADDRESS:PORT to listen at
   /// \throw InputError

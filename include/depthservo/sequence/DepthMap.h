@@ -5,11 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
+
 namespace depthservo {
 
 /// A depth image: 16-bit PNG, gray level / scale = Z [m] (not the distance along the ray), 0 is
 /// unknown.
-class DepthMap {
+class DEPTHSERVO_API DepthMap {
  public:
   /// \param scale gray levels per metre
   /// \throw InputError not readable, or not a 16-bit gray PNG

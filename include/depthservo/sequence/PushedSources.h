@@ -6,13 +6,14 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/sequence/TwistSource.h"
 #include "depthservo/sequence/VideoSource.h"
 
 namespace depthservo {
 
 /// Images that a program hands over as they come, from any thread: those of a message, say.
-class PushedImages : public ImageSource {
+class DEPTHSERVO_API PushedImages : public ImageSource {
  public:
   struct Options {
     std::size_t most = 1;  ///< that wait; the oldest is left out for a newer one
@@ -44,7 +45,7 @@ class PushedImages : public ImageSource {
 };
 
 /// Twists that a program hands over as they come, from any thread.
-class PushedTwists : public TwistSource {
+class DEPTHSERVO_API PushedTwists : public TwistSource {
  public:
   /// One that is not finite, or not later than the one before, is counted and left out.
   void push(const OdometryRow& row);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/sequence/ClockCheck.h"
 #include "depthservo/sequence/Sequence.h"
@@ -49,6 +50,7 @@ struct RecordingInfo {
 };
 
 /// \param path a bag, or any folder that Sequence opens \throw InputError it is neither
-RecordingInfo describeRecording(const std::string& path, const SequenceOptions& options);
+DEPTHSERVO_API RecordingInfo describeRecording(const std::string& path,
+                                               const SequenceOptions& options);
 
 }  // namespace depthservo

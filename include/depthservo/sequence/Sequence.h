@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/RpyPose.h"
@@ -64,19 +65,19 @@ struct ListedImage {
 };
 
 /// Images and times of a table such as rgb.txt; paths relative to its folder. Throws InputError.
-std::vector<ListedImage> readImageList(const std::string& path);
+DEPTHSERVO_API std::vector<ListedImage> readImageList(const std::string& path);
 
 /// The camera of a camera_info file, of the sensor.yaml of a EuRoC camera, or a preset: tum-fr1 |
 /// tum-fr2 | tum-fr3 | icl. Throws InputError.
-PinholeCamera loadCamera(const std::string& fileOrPreset);
+DEPTHSERVO_API PinholeCamera loadCamera(const std::string& fileOrPreset);
 
 /// The constant twists that lead from pose to pose (logarithm of SE(3)); the last one is repeated
 /// at the last pose. Empty for fewer than two poses. Times must increase.
-std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses);
+DEPTHSERVO_API std::vector<OdometryRow> odometryFromPoses(const std::vector<CameraPose>& poses);
 
 /// Time without poses, longer than ground truth usually leaves (see holesOf): how the camera moved
 /// in it is not known, only where it went.
-std::vector<TimeSpan> gapsOf(const std::vector<CameraPose>& poses);
+DEPTHSERVO_API std::vector<TimeSpan> gapsOf(const std::vector<CameraPose>& poses);
 
 /// What a file says of how to observe depth ("replay" in sequence.yaml), as it was written: what it
 /// means, observationOf knows.
@@ -103,7 +104,7 @@ struct SequenceTarget {
 
 /// `target`, `dots` and `replay` of a file with the keys of sequence.yaml. Throws InputError; so it
 /// does when the file names neither.
-SequenceTarget readTarget(const std::string& path);
+DEPTHSERVO_API SequenceTarget readTarget(const std::string& path);
 
 struct SequenceOptions {
   /// A camera_info file, the sensor.yaml of a EuRoC camera or one of tum-fr1 | tum-fr2 | tum-fr3 |
@@ -124,7 +125,7 @@ struct SequenceOptions {
 };
 
 /// Whether it is a ROS bag: .bag, .mcap, .db3, or the folder of a ROS 2 recording.
-bool isBag(const std::string& path);
+DEPTHSERVO_API bool isBag(const std::string& path);
 
 /// Recorded data: a folder in the layout of TUM RGB-D with our additions; one of ICL-NUIM
 /// (associations.txt, *.gt.freiburg) or EuRoC (mav0/cam0, state_groundtruth_estimate0) as
@@ -136,7 +137,7 @@ bool isBag(const std::string& path);
 ///
 /// All files are checked by the constructor, images when they are read. Frames are the images;
 /// without images every time in tracks.csv and truth.csv.
-class Sequence {
+class DEPTHSERVO_API Sequence {
  public:
   /// \param folder or bag \throw InputError
   explicit Sequence(const std::string& folder, const SequenceOptions& options = {});

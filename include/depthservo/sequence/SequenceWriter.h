@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
 #include "depthservo/sequence/Sequence.h"
@@ -19,7 +20,7 @@ namespace depthservo {
 
 /// The time as a file holds it: rounded to 9 decimals. A run that uses such times is replayed
 /// exactly.
-double fileTime(double time_s);
+DEPTHSERVO_API double fileTime(double time_s);
 
 /// What a sequence says of itself.
 struct SequenceSettings {
@@ -46,11 +47,11 @@ struct LawCommand {
 };
 
 /// Lines of commands.csv. \param velocityNames "v [m/s]"
-std::string lawCommandHeader(const std::vector<std::string>& velocityNames);
-std::string lawCommandLine(const LawCommand& command);
+DEPTHSERVO_API std::string lawCommandHeader(const std::vector<std::string>& velocityNames);
+DEPTHSERVO_API std::string lawCommandLine(const LawCommand& command);
 /// \throw InputError it is not there, or not of this many velocities
-std::vector<LawCommand> readLawCommands(const std::string& file,
-                                        const std::vector<std::string>& velocityNames);
+DEPTHSERVO_API std::vector<LawCommand> readLawCommands(
+    const std::string& file, const std::vector<std::string>& velocityNames);
 
 /// Writes a folder that Sequence reads: times with 9 decimals, values with the digits (up to 17)
 /// that bring every double back exactly, images as PNG.
@@ -59,7 +60,7 @@ std::vector<LawCommand> readLawCommands(const std::string& file,
 /// the destructor removes it; so it does after Ctrl-C or a plain kill, when adding an image or a
 /// pose throws Interrupted. Files without rows are not written. All members throw InputError when
 /// the folder exists or cannot be written.
-class SequenceWriter {
+class DEPTHSERVO_API SequenceWriter {
  public:
   explicit SequenceWriter(const std::string& folder);
   ~SequenceWriter();

@@ -4,12 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/OdometryRow.h"
 
 namespace depthservo {
 
 /// Twists of the camera (camera frame, m/s and rad/s) while they come.
-class TwistSource {
+class DEPTHSERVO_API TwistSource {
  public:
   virtual ~TwistSource() = default;
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/RpyPose.h"
 #include "depthservo/sequence/TwistSource.h"
 
@@ -24,7 +25,7 @@ class LineStream;
 /// Nobody can make it wait longer than it is told to: a pipe without a writer, one that is silent,
 /// or one that never ends. A line that is not seven finite numbers, one that its writer left
 /// without an end, and one that is not later than the row before are counted and left out.
-class TwistStream : public TwistSource {
+class DEPTHSERVO_API TwistStream : public TwistSource {
  public:
   /// \param path a named pipe, a file, "-" for standard input, or udp:ADDRESS:PORT to listen at
   /// \param cameraInBase pose of the camera (z forward) in the base whose twists the lines are:

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
@@ -20,7 +21,8 @@ struct TimedImage {
 
 /// The gray image of a PGM, PPM, PNG or JPEG file; none: the file is no image. \throw InputError it
 /// is a damaged one
-std::optional<DEPTHSERVO_VISP vpImage<unsigned char>> imageIn(const std::string& file);
+DEPTHSERVO_API std::optional<DEPTHSERVO_VISP vpImage<unsigned char>> imageIn(
+    const std::string& file);
 
 /// What came of asking for the next image.
 enum class ImageStatus {
@@ -30,7 +32,7 @@ enum class ImageStatus {
 };
 
 /// Images, one after the other.
-class ImageSource {
+class DEPTHSERVO_API ImageSource {
  public:
   virtual ~ImageSource() = default;
 
@@ -74,7 +76,7 @@ struct VideoOptions {
 /// decimals; else those of a video file have the times of their container from `start_s` on, so
 /// that the rate may vary. An image of a series that is missing or unreadable is skipped; the
 /// others keep their times.
-class VideoSource : public ImageSource {
+class DEPTHSERVO_API VideoSource : public ImageSource {
  public:
   /// \param source number of a camera, its device (/dev/video0), the address of a stream
   /// (rtsp://...), a video file, a series of image files (folder/%06d.png), or a named pipe

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "depthservo/api.h"
 #include "depthservo/depth/DepthEstimate.h"
 #include "depthservo/rig/LiveRig.h"
 #include "depthservo/sequence/PushedSources.h"
@@ -56,7 +57,7 @@ struct NodeStatus {
 ///
 /// `observe` and `servo` run in the thread that calls them, one at a time, until the images end or
 /// `stop`. What comes while neither runs is left out; of a playback it waits.
-class RobotNode {
+class DEPTHSERVO_API RobotNode {
  public:
   explicit RobotNode(const RobotNodeOptions& options);
   ~RobotNode();

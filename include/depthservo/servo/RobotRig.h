@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/rig/DurationHistogram.h"
 #include "depthservo/rig/LiveRig.h"
 #include "depthservo/robots/RobotOptions.h"
@@ -44,7 +45,7 @@ struct RobotRigCounts {
 /// the command at once when the loop has one. Images that show nothing, or the one before again
 /// while the robot has moved, are no images. When the run is over the robot brakes, and zero is
 /// commanded last.
-class RobotRig : public Rig {
+class DEPTHSERVO_API RobotRig : public Rig {
  public:
   /// What a camera on this robot can do at most, with a margin: beyond it odometry is wrong.
   struct CameraSpeed {

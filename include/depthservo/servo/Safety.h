@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "depthservo/api.h"
+
 namespace depthservo {
 
 /// Velocities of a robot; never on the heap.
@@ -38,8 +40,8 @@ enum class SafetyReason {
   command,        ///< the law's command is not finite
   unread,         ///< nobody takes the commands
 };
-const char* toString(SafetyReason reason);  ///< a word: "image"
-const char* wordsOf(SafetyReason reason);   ///< a sentence: "no new image"
+DEPTHSERVO_API const char* toString(SafetyReason reason);  ///< a word: "image"
+DEPTHSERVO_API const char* wordsOf(SafetyReason reason);   ///< a sentence: "no new image"
 
 /// Whether it is a fault, not just the beginning or the end.
 constexpr bool isFault(SafetyReason reason) { return reason > SafetyReason::ended; }
@@ -61,7 +63,7 @@ struct SafetyInput {
 ///
 /// It starts at rest and not armed. Real-time: nothing allocates, locks or throws after
 /// construction.
-class Safety {
+class DEPTHSERVO_API Safety {
  public:
   /// \throw std::invalid_argument limits of different sizes, more than 8, or one that is not > 0;
   /// a deadline that is not > 0

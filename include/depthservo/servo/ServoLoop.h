@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "depthservo/api.h"
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/rig/observe.h"
 #include "depthservo/servo/ServoGoal.h"
@@ -26,7 +27,7 @@ namespace depthservo {
 ///
 /// Until the robot has been free to move, the log has the last images only: who does not arm it
 /// can wait for days.
-class ServoLoop {
+class DEPTHSERVO_API ServoLoop {
  public:
   /// \param rig with a robot; outlives the loop \param goal of the points 0..n-1, or empty for a
   /// law without one \throw InputError the rig lacks what the options ask for

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/features/FeaturePoint.h"
 #include "depthservo/motion/VelocityProfile.h"
 #include "depthservo/text/Refuse.h"
@@ -51,6 +52,6 @@ struct ControlOptions {
 };
 
 /// What does not fit together.
-void check(const ControlOptions& control, const Refuse& refuse);
+DEPTHSERVO_API void check(const ControlOptions& control, const Refuse& refuse);
 
 }  // namespace depthservo

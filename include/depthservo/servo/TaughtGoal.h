@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/sequence/Sequence.h"
 #include "depthservo/servo/ServoGoal.h"
@@ -26,7 +27,7 @@ struct TeachOptions {
 /// As a folder it is a sequence of one image: the target in sequence.yaml (dots of a plate whose
 /// size is not known as `dots`; no target for natural corners), the points in tracks.csv, their
 /// depths in truth.csv where they are known.
-struct TaughtGoal {
+struct DEPTHSERVO_API TaughtGoal {
   PinholeCamera camera;
   DEPTHSERVO_VISP vpImage<unsigned char> image;
   TrackerKind tracker = TrackerKind::klt;  ///< dots, apriltag or klt
@@ -49,14 +50,14 @@ struct TaughtGoal {
 };
 
 /// \param target what is in the image, where it is known \throw InputError it is not there
-TaughtGoal teach(const DEPTHSERVO_VISP vpImage<unsigned char>& image, const PinholeCamera& camera,
-                 const SequenceTarget& target, const TeachOptions& options,
-                 const std::string& place);
+DEPTHSERVO_API TaughtGoal teach(const DEPTHSERVO_VISP vpImage<unsigned char>& image,
+                                const PinholeCamera& camera, const SequenceTarget& target,
+                                const TeachOptions& options, const std::string& place);
 
 /// \param folder must not exist \throw InputError
-void writeGoal(const TaughtGoal& goal, const std::string& folder);
+DEPTHSERVO_API void writeGoal(const TaughtGoal& goal, const std::string& folder);
 
 /// \throw InputError the folder is no goal
-TaughtGoal readGoal(const std::string& folder);
+DEPTHSERVO_API TaughtGoal readGoal(const std::string& folder);
 
 }  // namespace depthservo

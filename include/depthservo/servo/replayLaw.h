@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/observation/ObservationOptions.h"
 #include "depthservo/rig/observe.h"
 #include "depthservo/robots/RobotOptions.h"
@@ -22,7 +23,7 @@ struct RecordedLaw {
 
 /// Whether a recording can tell what this law would command: it looks at nothing but images,
 /// odometry, and a robot whose camera stands still in it.
-bool canBeReplayed(const ControlOptions& control, RobotKind robot);
+DEPTHSERVO_API bool canBeReplayed(const ControlOptions& control, RobotKind robot);
 
 struct LawReplay {
   RunLog log;                        ///< without an outcome: nobody followed the commands
@@ -33,7 +34,7 @@ struct LawReplay {
 /// of odometry that were known then. The law of the recording, observing as it did, gives the
 /// commands of the recording to the last bit. \param watcher may be null \throw InputError the
 /// sequence or the robot lacks what the options ask for
-LawReplay replayLaw(const Sequence& sequence, const ObservationOptions& observation,
-                    const RecordedLaw& law, RunWatcher* watcher = nullptr);
+DEPTHSERVO_API LawReplay replayLaw(const Sequence& sequence, const ObservationOptions& observation,
+                                   const RecordedLaw& law, RunWatcher* watcher = nullptr);
 
 }  // namespace depthservo

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/Ellipse.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
@@ -65,7 +66,7 @@ struct SyntheticView {
 ///
 /// The same options and view give the same bytes. `render` allocates only when it meets an image of
 /// another size or a larger dot than before. One thread per object.
-class SyntheticCamera {
+class DEPTHSERVO_API SyntheticCamera {
  public:
   /// \throws std::invalid_argument no size, no focal length, no radius, or an option out of range
   SyntheticCamera(const PinholeCamera& camera, const DotTarget& target,

@@ -6,15 +6,16 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/target/GrayPatch.h"
 
 namespace depthservo {
 
 /// The families of libapriltag, as users name them: 36h11, 25h9, 16h5, Standard41h12, ...
-std::vector<std::string> aprilTagFamilies();
+DEPTHSERVO_API std::vector<std::string> aprilTagFamilies();
 
 /// How many tags a family has. \throws std::invalid_argument no such family
-int aprilTagCount(const std::string& family);
+DEPTHSERVO_API int aprilTagCount(const std::string& family);
 
 /// AprilTags on one rigid object.
 ///
@@ -25,7 +26,7 @@ int aprilTagCount(const std::string& family);
 ///
 /// Points are corners: corner 0 is bottom left, 1 bottom right, 2 top right, 3 top left; corner j
 /// of the tag at index i of `tags` has the id 4 i + j.
-struct AprilTagTarget {
+struct DEPTHSERVO_API AprilTagTarget {
   struct Tag {
     int id = 0;                                             ///< as coded in the tag
     std::optional<double> size;                             ///< [m]; empty: unknown
@@ -49,6 +50,6 @@ struct AprilTagTarget {
 
 /// Bitmap of a tag with its margin: `gray` 0 or 255, columns = rows; width and height [m] are of
 /// the whole bitmap when the tag has this size. \throws std::invalid_argument no such family or id
-GrayPatch aprilTagBitmap(const std::string& family, int id, double size = 1);
+DEPTHSERVO_API GrayPatch aprilTagBitmap(const std::string& family, int id, double size = 1);
 
 }  // namespace depthservo

@@ -5,15 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/target/GrayPatch.h"
 
 namespace depthservo {
 
 /// OpenCV's predefined dictionaries of ArUco markers, as users name them: 4x4_50, 5x5_100, ...
-std::vector<std::string> arucoDictionaries();
+DEPTHSERVO_API std::vector<std::string> arucoDictionaries();
 
 /// How many markers a dictionary has. \throws std::invalid_argument no such dictionary
-int arucoMarkerCount(const std::string& dictionary);
+DEPTHSERVO_API int arucoMarkerCount(const std::string& dictionary);
 
 /// A printed chessboard; a ChArUco board is one with ArUco markers in its white squares (OpenCV's
 /// pattern since 4.6: the upper left square is black, markers 0, 1, ... row by row).
@@ -24,7 +25,7 @@ int arucoMarkerCount(const std::string& dictionary);
 ///
 /// Only where one of columns and rows is odd and the other even do the colours tell a plain
 /// chessboard from itself turned by half a turn.
-struct BoardTarget {
+struct DEPTHSERVO_API BoardTarget {
   /// In the white squares.
   struct Markers {
     std::string dictionary = "4x4_50";

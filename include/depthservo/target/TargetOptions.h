@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/RpyPose.h"
 #include "depthservo/motion/VelocityProfile.h"
 #include "depthservo/target/AprilTagTarget.h"
@@ -44,7 +45,7 @@ struct BoardOptions {
   std::string dictionary = "4x4_50";  ///< of a ChArUco board
 };
 
-struct TargetOptions {
+struct DEPTHSERVO_API TargetOptions {
   TargetKind type = TargetKind::dots;
   /// Centres of the dots, or the corners of tags or board (not read then, but worked out) [m],
   /// object frame.
@@ -73,7 +74,8 @@ struct TargetOptions {
 
 /// Points or tags that do not fit together, or the type of target. \param refuse hears key and
 /// reason
-void check(const TargetOptions& target,
-           const std::function<void(const std::string& key, const std::string& why)>& refuse);
+DEPTHSERVO_API void check(
+    const TargetOptions& target,
+    const std::function<void(const std::string& key, const std::string& why)>& refuse);
 
 }  // namespace depthservo

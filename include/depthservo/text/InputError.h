@@ -4,13 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
+
 namespace depthservo {
 
 /// A file, an option or a folder that cannot be used, and what to do about it.
 ///
 /// `what()` is one line of at most 1000 bytes, "file:line: key: message", without control
 /// characters.
-class InputError : public std::runtime_error {
+class DEPTHSERVO_API InputError : public std::runtime_error {
  public:
   /// Where the fault is.
   struct Place {
@@ -33,6 +35,7 @@ class InputError : public std::runtime_error {
 
 /// The word among `valid` (not empty) that takes the fewest edits to reach from `word`: for "did
 /// you mean".
-std::string nearestWord(const std::string& word, const std::vector<std::string>& valid);
+DEPTHSERVO_API std::string nearestWord(const std::string& word,
+                                       const std::vector<std::string>& valid);
 
 }  // namespace depthservo

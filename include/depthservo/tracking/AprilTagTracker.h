@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "depthservo/api.h"
 #include "depthservo/target/AprilTagTarget.h"
 #include "depthservo/tracking/PointTracker.h"
 
@@ -32,7 +33,7 @@ struct AprilTagTrackerOptions {
 ///
 /// A tag seen twice in one image (two prints of the same id) is not given at all: which is which
 /// cannot be told. No display is needed and nothing is printed. `track` allocates.
-class AprilTagTracker : public PointTracker {
+class DEPTHSERVO_API AprilTagTracker : public PointTracker {
  public:
   /// All tags of a family. Corner j of tag n has the id 4 n + j, corners as in AprilTagTarget.
   /// \throws std::invalid_argument no such family, or an option out of range

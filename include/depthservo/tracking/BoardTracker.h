@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/target/BoardTarget.h"
 #include "depthservo/tracking/PointTracker.h"
 
@@ -23,7 +24,7 @@ namespace depthservo {
 /// axis for squares of 60 px, 0.03 px for 20 px; of ChArUco boards 0.02 px and 0.08 px.
 ///
 /// No display is needed and nothing is printed. `track` allocates.
-class BoardTracker : public PointTracker {
+class DEPTHSERVO_API BoardTracker : public PointTracker {
  public:
   /// \throws std::invalid_argument columns or rows out of range, a marker that does not fit into a
   /// square, no such dictionary, or too few markers in it

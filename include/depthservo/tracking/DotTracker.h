@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/Ellipse.h"
 #include "depthservo/target/DotTarget.h"
 #include "depthservo/tracking/PointTracker.h"
@@ -41,7 +42,7 @@ struct DotTrackerOptions {
 /// floor of 0.003 px + 0.03 px^2 / semi-minor axis for what discretisation leaves.
 ///
 /// No display is needed and nothing is printed. `track` allocates (vpDot2 does).
-class DotTracker : public PointTracker {
+class DEPTHSERVO_API DotTracker : public PointTracker {
  public:
   /// Dots by start position (u, v) in the first image [px]; the index is the id. A dot that is not
   /// there in the first image is looked for at its start position in the following ones. It starts

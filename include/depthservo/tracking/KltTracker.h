@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "depthservo/api.h"
 #include "depthservo/tracking/PointTracker.h"
 
 namespace depthservo {
@@ -36,7 +37,7 @@ struct KltTrackerOptions {
 /// points move by themselves the tracker cannot know: the estimators' gates find them (`giveUp`).
 ///
 /// No display is needed and nothing is printed. `track` allocates.
-class KltTracker : public PointTracker {
+class DEPTHSERVO_API KltTracker : public PointTracker {
  public:
   /// \throws std::invalid_argument an option out of range
   explicit KltTracker(const KltTrackerOptions& options = {});

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/pose/VisualMotionObserver.h"
 
 namespace depthservo {
@@ -22,7 +23,7 @@ namespace depthservo {
 ///
 /// Real-time: as PointSetEstimator, except that an image from which the pose is searched anew costs
 /// some 25 us and allocates. Nothing throws.
-class KnownTargetEstimator : public PointSetEstimator {
+class DEPTHSERVO_API KnownTargetEstimator : public PointSetEstimator {
  public:
   using Options = VisualMotionObserverOptions;
 
@@ -65,6 +66,6 @@ class KnownTargetEstimator : public PointSetEstimator {
 };
 
 /// Why these points cannot be a known target; empty when they can.
-std::optional<const char*> whyNoTarget(const std::vector<Eigen::Vector3d>& points);
+DEPTHSERVO_API std::optional<const char*> whyNoTarget(const std::vector<Eigen::Vector3d>& points);
 
 }  // namespace depthservo

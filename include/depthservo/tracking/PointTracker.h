@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
@@ -24,7 +25,7 @@ struct ExpectedPoint {
 };
 
 /// Finds the same points in image after image. Points have an id that never changes hands.
-class PointTracker {
+class DEPTHSERVO_API PointTracker {
  public:
   virtual ~PointTracker() = default;
 

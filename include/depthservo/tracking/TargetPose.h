@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/target/DotTarget.h"
 #include "depthservo/tracking/PointTracker.h"
@@ -12,7 +13,7 @@ namespace depthservo {
 
 /// Pose of a known plate in the camera, from the dots seen in one image (OpenCV: closed-form start,
 /// then virtual visual servoing, which minimises the reprojection error from the previous pose on).
-class TargetPose {
+class DEPTHSERVO_API TargetPose {
  public:
   TargetPose(const DotTarget& target, const PinholeCamera& camera)
       : target_(target), camera_(camera) {}

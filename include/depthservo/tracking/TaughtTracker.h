@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "depthservo/api.h"
 #include "depthservo/target/TaughtImage.h"
 #include "depthservo/tracking/PointTracker.h"
 
@@ -31,7 +32,7 @@ struct TaughtTrackerOptions {
 ///
 /// No display is needed and nothing is printed. `track` allocates; a search takes some 20 ms for
 /// 640 x 480.
-class TaughtTracker : public PointTracker {
+class DEPTHSERVO_API TaughtTracker : public PointTracker {
  public:
   /// \throws std::invalid_argument fewer than 4 points, one outside of the image, an option out of
   /// range

@@ -1,12 +1,13 @@
 (function () {
 'use strict';
 
-// Colour-blind safe (Okabe and Ito 2008). In depth charts the estimate is blue and the truth black;
+// Colour-blind safe (Okabe and Ito 2008; the last two Tol's, told apart by lightness). In depth charts the estimate is blue and the truth black;
 // elsewhere each point has its own colour.
-const COLOURS = ['#0072B2', '#E69F00', '#009E73', '#D55E00', '#CC79A7'];
+const COLOURS = ['#0072B2', '#E69F00', '#009E73', '#D55E00', '#CC79A7', '#56B4E9', '#882255', '#999933'];
 const ESTIMATE = COLOURS[0], ASKED = COLOURS[1], TRUTH = '#000000';
 const SHOWN_POINTS = 8;  // with charts of their own
 const MOST_ROWS = 16;    // of the table, when there are many points
+const MANY = 12;         // more of them are shown by their depths, not by their ways
 
 const data = JSON.parse(document.getElementById('data').textContent);
 const run = data.run, time = data.time, frames = data.frames;
@@ -14,7 +15,7 @@ const points = data.points.map((point, index) => (
   {...point.columns, id: point.id, limit: point.limit, colour: COLOURS[index % COLOURS.length]}));
 const events = run.events.map(event =>
   ({time: event.time - data.start, last: event.last - data.start, count: event.count, what: event.what}));
-const areMany = data.all_points > points.length;
+const areMany = data.all_points > MANY;
 
 const hiddenPeriods = some => areMany && some.length > 1 ? [] : ranges(time.length, i => some.some(p => p.measured[i] === 0))
   .map(range => [time[range[0]], time[Math.min(range[1] + 1, time.length - 1)]]);
@@ -37,13 +38,14 @@ function showPoints() {
   for (const title of titles) element(head, 'th', title, title === 'at the end' ? 'words' : undefined);
   head.lastChild.title = 'When 2 sigma fell below 10 % of Z; +n fr.: forecast, after n frames more like the last';
   const body = element(table, 'tbody');
-  const listed = areMany ? run.points.slice(0, MOST_ROWS) : run.points;
+  const listed = data.all_points > points.length ? run.points.slice(0, MOST_ROWS) : run.points;
   for (const point of listed) {
     const row = element(body, 'tr'), name = element(row, 'td');
     const shown = points.find(p => p.id === point.id);
     element(name, 'span', '', 'chip').style.background = shown ? shown.colour : 'none';
     name.append(point.id);
-    element(row, 'td', figure(point.Z) + (isKnown(point.sigma_Z) ? ` ± ${figure(2 * point.sigma_Z, 2)}` : ''));
+    const says = run.observes_depth === false || !isKnown(point.sigma_Z) || 2 * point.sigma_Z < point.Z;
+    element(row, 'td', !says ? '–' : figure(point.Z) + (isKnown(point.sigma_Z) ? ` ± ${figure(2 * point.sigma_Z, 2)}` : ''));
     element(row, 'td', isKnown(point.sigma_Z) && point.Z > 0 ? knownTo(point.Z, point.sigma_Z) : '–');
     if (hasTruth) {
       element(row, 'td', figure(point.Z_true));
@@ -55,7 +57,7 @@ function showPoints() {
     element(row, 'td', isKnown(point.time_to_5pct_s) ? `${figure(point.time_to_5pct_s, 2)} s`
       : isKnown(point.frames_to_5pct) ? `+${figure(point.frames_to_5pct)} fr.` : 'never');
   }
-  if (!areMany) return;
+  if (listed.length === data.all_points) return;
   byId('left-out').hidden = false;
   byId('left-out').textContent = `${listed.length} of ${data.all_points} points: those measured longest and those whose ` +
     `error is largest for their sigma. ${data.all_points - listed.length} are left out; features.csv has all.`;
@@ -77,6 +79,7 @@ function showFigures() {
     ['duration', `${figure(m.duration_s)} s, ${m.frames} frames`],
     ['image error', isKnown(m.final_error_px)
       ? figure(m.final_error_px, 3) + ' px rms (mean places of the last 2 s to the goals)' : null],
+    ['robot at the end', missedGoal(run, frames, time.length - 1)],
     [run.truth_is_pose_of_motion ? 'disagreement with the pose of the target' : 'worst final depth error',
       isKnown(m.final_depth_error_max) ? percent(m.final_depth_error_max) + (run.truth_is_pose_of_motion
         ? ' at most. The same pose told the motion: this is agreement, not accuracy' : '') : null],
@@ -253,7 +256,8 @@ function showRobot() {
   if (known.length === 0) return;
   byId('robot').hidden = false;
   const plate = plateFromAbove();
-  const goal = run.configuration && run.configuration.robot && run.configuration.robot.goal;
+  let goal = run.configuration && run.configuration.robot && run.configuration.robot.goal;
+  if (run.configuration && (run.configuration.robot || {}).type === 'free') goal = null;
   const all = x.map((value, i) => [value, y[i]]).filter(q => isKnown(q[0]) && isKnown(q[1]));
   if (plate) all.push(...plate.corners);
   if (goal) all.push([goal.x, goal.y]);
@@ -272,16 +276,17 @@ function showRobot() {
     'aria-label': 'robot path from above'});
 
   const steps = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
-  const tick = steps.find(step => step * scale >= 55) || 100;
+  const tickOf = space => steps.find(step => step * scale >= space) || 100;
+  const tick = tickOf(55), tickY = Math.min(tick, tickOf(22));
   const grid = {stroke: '#e2e2e2', 'stroke-width': 1};
   const left = centre - extent / 2, bottom = middle - inner / 2 / scale;
   for (let k = Math.ceil(left / tick); k * tick <= left + extent + 1e-9; ++k) {
     drawn(svg, 'path', {...grid, d: `M${toX(k * tick)} ${margin.top - 8}V${height - margin.bottom + 8}`});
     drawn(svg, 'text', {x: toX(k * tick), y: height - 8, 'text-anchor': 'middle'}, figure(k * tick, 3));
   }
-  for (let k = Math.ceil(bottom / tick); k * tick <= bottom + inner / scale + 1e-9; ++k) {
-    drawn(svg, 'path', {...grid, d: `M${margin.left - 8} ${toY(k * tick)}H${width - margin.right + 8}`});
-    drawn(svg, 'text', {x: margin.left - 12, y: toY(k * tick) + 4, 'text-anchor': 'end'}, figure(k * tick, 3));
+  for (let k = Math.ceil(bottom / tickY); k * tickY <= bottom + inner / scale + 1e-9; ++k) {
+    drawn(svg, 'path', {...grid, d: `M${margin.left - 8} ${toY(k * tickY)}H${width - margin.right + 8}`});
+    drawn(svg, 'text', {x: margin.left - 12, y: toY(k * tickY) + 4, 'text-anchor': 'end'}, figure(k * tickY, 3));
   }
   if (plate) {
     const line = plate.corners.map(q => `${toX(q[0])} ${toY(q[1])}`).join('L');
@@ -314,7 +319,7 @@ const charts = [], waiting = [];
 
 /**
  * A time chart. lines: [{name, values, colour, low, high}]; low and high make a band.
- * options: {log, steps, limit: upper end of the plot, hidden: periods to shade, value: (line, row) => legend text}
+ * options: {log, steps, limit: upper end of the plot, range: both ends, hidden: periods to shade, value: (line, row) => legend text}
  */
 function chart(title, lines, options) {
   lines = lines.filter(line => anyKnown(line.values));
@@ -345,7 +350,7 @@ function chart(title, lines, options) {
     includeZero: !options.log && !hasBand,
     legend: 'always', labelsDiv: legend, labelsKMB: false,
     axisLabelFontSize: 12, gridLineColor: '#e6e6e6', axisLineColor: '#909090',
-    valueRange: options.limit ? [0, options.limit] : null,
+    valueRange: options.limit ? [0, options.limit] : options.range || null,
     xRangePad: 0, yRangePad: 8, animatedZooms: false, highlightCircleSize: 3.5,
     legendFormatter: shown => {
       const row = shown.x === undefined ? -1 : shown.dygraph.getSelection();
@@ -354,7 +359,7 @@ function chart(title, lines, options) {
       return (row >= 0 ? `${time[row].toFixed(2)} s` : '').padEnd(8, '\u2007') + parts.join('');
     },
     axes: {x: {axisLabelFormatter: value => figure(value, 6) + ' s', pixelsPerLabel: 70},
-           y: {axisLabelFormatter: value => figure(value, 6), axisLabelWidth: 48, pixelsPerLabel: 34,
+           y: {axisLabelFormatter: value => figure(value, 6), axisLabelWidth: 48, pixelsPerLabel: 26,
                ...(options.log ? {ticker: logTicks} : {})}},
     underlayCallback: (context, area, graph) => {
       context.save();
@@ -366,12 +371,23 @@ function chart(title, lines, options) {
       context.strokeStyle = '#808080';
       context.lineWidth = 0.7;
       context.beginPath();
-      for (const event of events) {
+      const marks = [];
+      events.forEach((event, i) => {
         const x = Math.round(graph.toDomXCoord(event.time)) + 0.5;
+        if (x < area.x || x > area.x + area.w) return;
         context.moveTo(x, area.y);
         context.lineTo(x, area.y + area.h);
-      }
+        const near = marks[marks.length - 1];
+        if (near && x - near.x < 18) near.last = i + 1;
+        else marks.push({x, first: i + 1, last: i + 1});
+      });
       context.stroke();
+      context.fillStyle = '#404040';
+      context.font = '11px system-ui, "DejaVu Sans", sans-serif';
+      for (const {x, first, last} of marks) {  // their numbers in the list of events
+        const words = first === last ? `${first}` : `${first}–${last}`, width = context.measureText(words).width;
+        context.fillText(words, Math.min(x + 3, area.x + area.w - width), area.y + 10);
+      }
       context.restore();
     },
   };
@@ -393,6 +409,13 @@ function showDepth(point) {
   ], {limit: point.limit, hidden: hiddenPeriods([point]), value});
 }
 
+/** When the depths that are shown are known to 5 %, thrice: where their story is; nothing when that is most of the run. */
+function storyEnd() {
+  const times = run.points.map(point => point.time_to_5pct_s).filter(isKnown);
+  const end = times.length ? 3 * quantile(times, 0.75) : 0;
+  return end > time[Math.min(10, time.length - 1)] && end < 0.4 * time[time.length - 1] ? Number(end.toPrecision(2)) : null;
+}
+
 function showCharts() {
   const hidden = hiddenPeriods(points);
   const shown = points.slice(0, SHOWN_POINTS);
@@ -406,10 +429,13 @@ function showCharts() {
   chart('Image error [px rms]', [{name: 'distance to the goal', values: frames.error_px, colour: ESTIMATE}], {log: true, hidden});
   const names = run.command_names, columns = Object.keys(frames);
   const asked = columns.filter(name => name.startsWith('command_'));
-  names.forEach((name, i) => chart(`Command ${name}`, [
-    {name: 'asked', values: frames[asked[i]], colour: ASKED},
-    {name: 'applied', values: frames[asked[i].replace('command_', 'applied_')], colour: ESTIMATE},
-  ], {steps: true, hidden}));
+  names.forEach((name, i) => {
+    const applied = frames[asked[i].replace('command_', 'applied_')];
+    chart(`Command ${name}`, [
+      {name: 'asked', values: frames[asked[i]], colour: ASKED},
+      {name: 'applied', values: applied, colour: ESTIMATE},
+    ], {steps: true, hidden, range: rangeOfApplied(applied, frames[asked[i]])});
+  });
   if (names.length === 0) {
     const axes = prefix => ['x', 'y', 'z'].map((axis, i) => ({name: prefix + axis, colour: COLOURS[i], values: frames[prefix + axis]}));
     chart('Camera velocity by odometry [m/s]', axes('v'), {hidden});
@@ -431,8 +457,9 @@ function showEvents() {
   if (events.length === 0) return;
   byId('events').hidden = false;
   const total = time[time.length - 1];
-  for (const event of events) {
+  events.forEach((event, i) => {
     const item = element(byId('event-list'), 'li');
+    element(item, 'span', `${i + 1}`, 'number');
     const button = element(item, 'button', event.time.toFixed(2) + ' s');
     button.type = 'button';
     button.title = 'Show this moment in the charts';
@@ -441,7 +468,7 @@ function showEvents() {
       byId('charts').scrollIntoView();
     };
     item.append(event.count > 1 ? `${event.count} × ${event.what} (until ${event.last.toFixed(2)} s)` : event.what);
-  }
+  });
 }
 
 showPoints();
@@ -454,6 +481,12 @@ showEvents();
 const view = {time, points, run, frames, charts, places, start: data.start, ...over};
 places.push(startScene(view));
 startPlayer(view);
+const story = storyEnd();
+if (story !== null) {
+  byId('story').hidden = false;
+  byId('story').lastElementChild.textContent = `the first ${story} s`;
+  byId('story').lastElementChild.onclick = () => zoomTo(time[0], story);
+}
 byId('whole').onclick = () => zoomTo(time[0], time[time.length - 1]);
 if (data.bucket > 1) {
   byId('thinned').textContent = ` · thinned: every two points of a curve are the extremes of ${data.bucket} images`;

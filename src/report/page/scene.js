@@ -22,6 +22,21 @@ function posesOf(time, frames) {
 
 const inWorld = ({R, t}, p) => [0, 1, 2].map(k => t[k] + R[k][0] * p[0] + R[k][1] * p[1] + R[k][2] * p[2]);
 
+const isTargetMoving = configuration => Boolean(configuration && configuration.target && (configuration.target.twist || [])
+  .some(part => [...(part.v || []), ...(part.amplitude || [])].some(Boolean)));
+const meanOf = places => places.length ? [0, 1, 2].map(k => places.reduce((sum, p) => sum + p[k], 0) / places.length) : null;
+
+/** Where the robot stands at the end, from a goal that stands still; nothing when one is not known. */
+function missedGoal(run, frames, end) {
+  const robot = (run.configuration || {}).robot, goal = robot && robot.goal;
+  const x = frames.robot_x[end], y = frames.robot_y[end], theta = frames.robot_theta[end];
+  if (!goal || isTargetMoving(run.configuration) || robot.type === 'free' || ![goal.x, goal.y, goal.theta, x, y, theta].every(isKnown)) return null;
+  const turn = theta - goal.theta, distance = Math.hypot(x - goal.x, y - goal.y);
+  const degrees = Math.abs(Math.atan2(Math.sin(turn), Math.cos(turn))) * 180 / Math.PI;
+  return `${figure(distance, 2)} m and ${figure(degrees, 2)}° from the goal` + (robot.type === 'unicycle' && distance > 0.01
+    ? ': two velocities cannot reach a pose of three degrees of freedom; what is left shows little in the image' : '');
+}
+
 /** Outline of a base on wheels in the frame of its camera, as far as the configuration says; or nothing. */
 function baseOutline(robot) {
   if (!robot || !Array.isArray(robot.camera_offset) || !['unicycle', 'omni'].includes(robot.type)) return null;
@@ -41,7 +56,9 @@ function startScene(view) {
     [Z * (point.u[row] - camera.cx) / camera.fx, Z * (point.v[row] - camera.cy) / camera.fy, Z]) : null;
   const end = time.length - 1;
   const places = points.map(point => atRow(end, point.Z[end], point)).filter(isKnown);
-  const all = poses.map(pose => pose.t).concat(places.filter(p => p[2] < 50));
+  const wayOfTarget = isTargetMoving(run.configuration) ? time.map((t, i) => meanOf(points.map(point => atRow(i,
+    isKnown(point.Z_true[i]) ? point.Z_true[i] : point.Z[i], point)).filter(isKnown))).filter(isKnown) : [];
+  const all = poses.map(pose => pose.t).concat(places.filter(p => p[2] < 50), wayOfTarget.filter(p => p[2] < 50));
   if (all.length < 2) return () => {};
   byId('scene').hidden = false;
   const low = [0, 1, 2].map(k => all.reduce((m, p) => Math.min(m, p[k]), Infinity));
@@ -73,6 +90,7 @@ function startScene(view) {
       pen.stroke();
     };
     const path = poses.map(pose => pose.t);
+    if (wayOfTarget.length > 1) line(wayOfTarget, '#E69F00', 1.4);
     line(path, '#c8c8c8', 1.2);
     line(path.slice(0, row + 1), '#0072B2', 2);
     for (const point of points) {
@@ -141,7 +159,8 @@ function startScene(view) {
   new ResizeObserver(draw).observe(canvas);
   window.addEventListener('beforeprint', draw);
   byId('scene-key').textContent = '● estimate, with 2 sigma along the ray   ○ hidden' +
-    (points.some(point => anyKnown(point.Z_true)) ? '   + truth' : '') + '   blue: way of the camera by odometry';
+    (points.some(point => anyKnown(point.Z_true)) ? '   + truth' : '') + '   blue: way of the camera by odometry' +
+    (wayOfTarget.length > 1 ? '   orange: way of the target' : '');
   byId('scene-key').style.whiteSpace = 'pre-wrap';
   return wanted => { row = wanted; draw(); };
 }

@@ -86,3 +86,12 @@ function logTicks(low, high, pixels) {
   for (let every = 1; ticks.length > most; ++every) ticks = among([1], every);
   return ticks.map(v => ({v, label: figure(v, 3)}));
 }
+
+/** What was applied fills the plot; what was asked beyond that leaves it. */
+function rangeOfApplied(applied, asked) {
+  const known = applied.filter(isKnown), all = known.concat(asked.filter(isKnown));
+  if (known.length === 0) return null;
+  const ends = values => [values.reduce((m, v) => Math.min(m, v), 0), values.reduce((m, v) => Math.max(m, v), 0)];
+  const [low, high] = ends(known), [lowest, highest] = ends(all), margin = 0.25 * (high - low);
+  return margin > 0 ? [Math.max(low - margin, lowest), Math.min(high + margin, highest)].map((v, i) => v + (i ? 0.02 : -0.02) * (high - low)) : null;
+}
