@@ -43,8 +43,8 @@ void ConstantDepth::takePoint(const PointMeasurement& measurement) {
   estimate_.x = measurement.x;
   estimate_.y = measurement.y;
   estimate_.sigma_xy = measurement.sigma;
-  const bool isKnown = estimate_.sigma_chi < kValidRelativeSigma * estimate_.chi;
-  estimate_.status = isKnown ? DepthStatus::valid : DepthStatus::unexcited;
+  const bool isFound = range_.isFound(estimate_.chi, estimate_.sigma_chi);
+  estimate_.status = isFound ? DepthStatus::valid : DepthStatus::unexcited;
   if (!isMotionKnown_) estimate_.status = whileMotionIsUnknown(estimate_.status);
 }
 
