@@ -76,7 +76,7 @@ WindowDepthEstimator::Prediction WindowDepthEstimator::predictedNow() const {
 }
 
 void WindowDepthEstimator::predict(const Motion& motion) {
-  if (estimate_.status == DepthStatus::unset || !motion.isFinite() || !(motion.dt > 0)) return;
+  if (estimate_.status == DepthStatus::unset || !motion.isUsable()) return;
   sinceNewest_ = sinceNewest_.then(motion);
   const Prediction now = predictedNow();
   if (!now.ahead) {

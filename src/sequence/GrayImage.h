@@ -42,6 +42,8 @@ class ImageFile {
 
  private:
   [[noreturn]] void refuse(const std::string& reason) const;
+  [[noreturn]] void refuseDamaged(const std::string& why) const;
+  void requirePixels() const;
   template <class Level>
   void decode(Level* levels) const;
 

@@ -87,8 +87,9 @@ void takeAway(T& object) {
   const T taken(std::move(object));
 }
 
-/// What an unknown motion must not do: make a depth better known.
+/// What an unknown motion must not do: make a depth better known. A point that was lost begins anew.
 std::string shrinking(const DepthEstimate& before, const DepthEstimate& after) {
+  if (before.status == DepthStatus::lost) return "";
   const double least = std::min(before.sigma_chi, DepthPrior::kWideSigma_chi) * (1 - 1e-9);
   if (after.status == DepthStatus::lost || after.sigma_chi >= least) return "";
   return "sigma shrank from " + textOf(before) + " to " + textOf(after);
@@ -610,17 +611,17 @@ void guess(FeatureSegment& s, const Call& c, long) {
 void guess(FeatureLine& s, const Call& c, long) { s.setABCD(c.v[0], c.v[1], c.v[2], c.v[3]); }
 void guess(FeatureEllipse& s, const Call& c, long) { s.setABC(c.v[0], c.v[1], c.v[2]); }
 
-vpCameraParameters cameraOf(const Call& c) { return vpCameraParameters(600, 600 * (1 + c.v[3]), 0, 0); }
+const vpCameraParameters kCamera(600, 600, 320, 240);
 
 template <class F>
 auto tell(F& s, const Call& c, int) -> decltype(s.setDepth(0., 0.)) {
   s.setDepth(c.v[0] * 5, c.v[1]);
   s.setDesiredDepth(c.v[2] * 5);
-  s.setNoise(c.v[4], cameraOf(c));
+  s.setNoise(c.v[4], kCamera);
 }
 void tell(FeatureSegment& s, const Call& c, long) {
   s.setDesiredDepths(c.v[0] * 5, c.v[1] * 5);
-  s.setNoise(c.v[4], cameraOf(c));
+  s.setNoise(c.v[4], kCamera);
 }
 void tell(FeatureLine& s, const Call& c, long) {
   s.setDesiredDepth(c.v[0] * 5);
@@ -628,7 +629,7 @@ void tell(FeatureLine& s, const Call& c, long) {
 }
 void tell(FeatureEllipse& s, const Call& c, long) {
   s.setDesiredDepth(c.v[0] * 5);
-  s.setNoise(c.v[4], cameraOf(c));
+  s.setNoise(c.v[4], kCamera);
 }
 
 template <class F>

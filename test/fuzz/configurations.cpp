@@ -16,7 +16,8 @@ const std::string kScenarioText =
     "camera: {width: 64, height: 48, fx: 60, fy: 60, cx: 31.5, cy: 23.5, rate: 30}\n"
     "target: {type: dots, points: [[-0.1,-0.1,0],[0.1,-0.1,0],[0.1,0.1,0],[-0.1,0.1,0]], radius: 0.02,\n"
     "         pose: {xyz: [0,0,0.13], rpy: [-1.5707963267948966, 0, -1.5707963267948966]}}\n"
-    "robot: {type: unicycle, initial: {x: -3.9, y: 0.3, theta: 0}, goal: {x: -1, y: 0, theta: 0}}\n";
+    "robot: {type: unicycle, initial: {x: -3.9, y: 0.3, theta: 0}, goal: {x: -1, y: 0, theta: 0}}\n"
+    "depth: {initial: 2}\n";
 
 const Target kScenario("scenario", [](const std::string& bytes) {
   const Scenario scenario = Scenario::load(written("scenario.yaml", bytes));

@@ -81,7 +81,7 @@ inline rc::Seq<Call> simpler(const Call& call) {
 
 /// The shortest sequence that breaks a promise, found by leaving out calls and simplifying numbers.
 inline Calls shrunk(const MakeCallable& make, Calls calls) {
-  int left = 20'000;  // tries: a while
+  int left = 200'000;  // tries: a while
   for (bool isShorter = true; isShorter;) {
     isShorter = false;
     for (auto candidates : {rc::shrink::removeChunks(calls), rc::shrink::eachElement(calls, simpler)}) {
