@@ -114,7 +114,7 @@ void WindowDepthEstimator::publish(const Held& now) {
 void WindowDepthEstimator::correct(const PointMeasurement& measurement) {
   if (estimate_.status == DepthStatus::unset) return;
   if (!measurement.isUsable()) {
-    estimate_.status = DepthStatus::rejected;
+    if (estimate_.status != DepthStatus::lost) estimate_.status = DepthStatus::rejected;
     return;
   }
   const Prediction prediction = predictedNow();

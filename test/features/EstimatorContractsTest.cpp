@@ -90,7 +90,8 @@ void takeAway(T& object) {
 /// What an unknown motion must not do: make a depth better known. A point that was lost begins anew.
 std::string shrinking(const DepthEstimate& before, const DepthEstimate& after) {
   if (before.status == DepthStatus::lost) return "";
-  const double least = std::min(before.sigma_chi, DepthPrior::kWideSigma_chi) * (1 - 1e-9);
+  constexpr double kRounding = 1e-6;  // of covariances that motions have made ill-conditioned
+  const double least = std::min(before.sigma_chi, DepthPrior::kWideSigma_chi) * (1 - kRounding);
   if (after.status == DepthStatus::lost || after.sigma_chi >= least) return "";
   return "sigma shrank from " + textOf(before) + " to " + textOf(after);
 }
@@ -104,7 +105,7 @@ class OnePoint : public Callable {
     static const std::vector<Method> all{{"reset", 5, false},       {"predict", 7, false},
                                          {"correct", 3, false},     {"predict", 7, false},
                                          {"correct", 3, false},     {"correctDepth", 2, false},
-                                         {"predictUnknown", 3, false}, {"correctUnknown", 6, false},
+                                         {"predictUnknown", 6, false}, {"correctUnknown", 6, false},
                                          {"predictRaw", 7, false},  {"copy", 0, false},
                                          {"takeAway", 0, false}};
     return all;

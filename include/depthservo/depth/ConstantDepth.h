@@ -20,6 +20,7 @@ class ConstantDepth : public DepthEstimator {
 
  private:
   void takePoint(const PointMeasurement& measurement);
+  DepthStatus judged() const;
 
   DepthRange range_;
   DepthEstimate estimate_;
