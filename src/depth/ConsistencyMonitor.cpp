@@ -134,7 +134,7 @@ void ConsistencyMonitor::retire(int id) {
 }
 
 void ConsistencyMonitor::predict(const Motion& motion) {
-  if (!motion.isFinite() || !(motion.dt > 0)) return;
+  if (!motion.isUsable()) return;
   step_ = options_.filter.odometry.over(motion);
   dt_ = motion.dt;
   sinceCorrection_s_ += motion.dt;

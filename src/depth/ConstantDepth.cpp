@@ -33,7 +33,7 @@ void ConstantDepth::predict(const Motion& motion) {
 void ConstantDepth::correct(const PointMeasurement& measurement) {
   if (estimate_.status == DepthStatus::unset) return;
   if (!measurement.isUsable()) {
-    estimate_.status = DepthStatus::rejected;
+    if (estimate_.status != DepthStatus::lost) estimate_.status = DepthStatus::rejected;
     return;
   }
   takePoint(measurement);
@@ -43,8 +43,7 @@ void ConstantDepth::takePoint(const PointMeasurement& measurement) {
   estimate_.x = measurement.x;
   estimate_.y = measurement.y;
   estimate_.sigma_xy = measurement.sigma;
-  const bool isKnown = estimate_.sigma_chi < kValidRelativeSigma * estimate_.chi;
-  estimate_.status = isKnown ? DepthStatus::valid : DepthStatus::unexcited;
+  estimate_.status = judged();
   if (!isMotionKnown_) estimate_.status = whileMotionIsUnknown(estimate_.status);
 }
 
@@ -52,6 +51,14 @@ void ConstantDepth::correctDepth(const DepthPrior& measured) {
   if (estimate_.status == DepthStatus::unset || !measured.isUsable()) return;
   estimate_.chi = range_.clampChi(1 / measured.Z);
   estimate_.sigma_chi = std::min(measured.sigma_chi, DepthPrior::kLargestSigma_chi);
+  const bool isJudged =
+      estimate_.status == DepthStatus::valid || estimate_.status == DepthStatus::unexcited;
+  if (isJudged) estimate_.status = judged();
+}
+
+DepthStatus ConstantDepth::judged() const {
+  const bool isFound = range_.isFound(estimate_.chi, estimate_.sigma_chi);
+  return isFound ? DepthStatus::valid : DepthStatus::unexcited;
 }
 
 }  // namespace depthservo

@@ -63,7 +63,7 @@ void InverseDepthFilter::reset(const PointMeasurement& measurement, const DepthP
 }
 
 void InverseDepthFilter::predict(const Motion& motion) {
-  if (!motion.isFinite() || !(motion.dt > 0)) return;
+  if (!motion.isUsable()) return;
   step_ = options_.odometry.over(motion);
   dt_ = motion.dt;
   const GaussMarkov& slip = options_.lasting.slip;

@@ -279,7 +279,7 @@ void InverseDepthFilterBatch::reset(std::size_t i, const PointMeasurement& measu
 }
 
 void InverseDepthFilterBatch::predict(const Motion& motion) {
-  if (!motion.isFinite() || !(motion.dt > 0)) return;
+  if (!motion.isUsable()) return;
   step_ = options_.odometry.over(motion);
   dt_ = motion.dt;
   const FilterStep step(motion, step_);

@@ -35,6 +35,7 @@ std::unique_ptr<PointSetEstimator> SeparatePoints::clone() const {
 void SeparatePoints::reset() {
   size_ = 0;
   time_s_ = std::numeric_limits<double>::quiet_NaN();
+  for (Slot& slot : slots_) slot.estimator->reset();
 }
 
 const SeparatePoints::Slot* SeparatePoints::find(int id) const {
@@ -61,6 +62,7 @@ bool SeparatePoints::setPrior(int id, const DepthPrior& prior) {
 bool SeparatePoints::retire(int id) {
   Slot* known = detail::findById(slots_, size_, id);
   if (!known) return false;
+  known->estimator->reset();  // its place says nothing of it any more
   std::swap(*known, slots_[--size_]);
   return true;
 }

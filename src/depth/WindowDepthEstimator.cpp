@@ -76,7 +76,7 @@ WindowDepthEstimator::Prediction WindowDepthEstimator::predictedNow() const {
 }
 
 void WindowDepthEstimator::predict(const Motion& motion) {
-  if (estimate_.status == DepthStatus::unset || !motion.isFinite() || !(motion.dt > 0)) return;
+  if (estimate_.status == DepthStatus::unset || !motion.isUsable()) return;
   sinceNewest_ = sinceNewest_.then(motion);
   const Prediction now = predictedNow();
   if (!now.ahead) {
@@ -114,7 +114,7 @@ void WindowDepthEstimator::publish(const Held& now) {
 void WindowDepthEstimator::correct(const PointMeasurement& measurement) {
   if (estimate_.status == DepthStatus::unset) return;
   if (!measurement.isUsable()) {
-    estimate_.status = DepthStatus::rejected;
+    if (estimate_.status != DepthStatus::lost) estimate_.status = DepthStatus::rejected;
     return;
   }
   const Prediction prediction = predictedNow();

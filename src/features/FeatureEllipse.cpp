@@ -60,7 +60,7 @@ void FeatureEllipse::setErrors(const ErrorProfile& errors) {
 
 void FeatureEllipse::setNoise(double sigma_px, const vpCameraParameters& cam) {
   const double sigma = sigma_px / std::sqrt(std::abs(cam.get_px() * cam.get_py()));
-  if (sigma > 0 && std::isfinite(sigma)) sigma_ = sigma;
+  if (sigma > 0 && sigma <= PointMeasurement::kLargestSigma) sigma_ = sigma;
 }
 
 void FeatureEllipse::setABC(double a, double b, double c) {

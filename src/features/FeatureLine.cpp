@@ -32,7 +32,8 @@ void FeatureLine::forget() {
 void FeatureLine::setErrors(const ErrorProfile& errors) { filter_->setErrors(errors); }
 
 void FeatureLine::setNoise(double sigma_rho, double sigma_theta) {
-  if (!(sigma_rho > 0 && sigma_theta > 0 && std::isfinite(sigma_rho + sigma_theta))) return;
+  constexpr double kLargest = PointMeasurement::kLargestSigma;
+  if (!(sigma_rho > 0 && sigma_rho <= kLargest && sigma_theta > 0 && sigma_theta <= kLargest)) return;
   sigma_rho_ = sigma_rho;
   sigma_theta_ = sigma_theta;
 }

@@ -148,7 +148,7 @@ void ObservedPoint::considerErrors() {
 void ObservedPoint::setNoise(double sigma_px, const vpCameraParameters& cam) {
   const double focal_px = std::sqrt(std::abs(cam.get_px() * cam.get_py()));
   const double sigma = sigma_px / focal_px;
-  if (!(sigma > 0 && std::isfinite(sigma))) return;
+  if (!(sigma > 0 && sigma <= PointMeasurement::kLargestSigma)) return;
   sigma_ = sigma;
   focal_px_ = focal_px;
   if (hasErrors_ && !isObserved()) considerErrors();

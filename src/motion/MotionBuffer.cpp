@@ -152,7 +152,8 @@ MotionBuffer::Known MotionBuffer::known(double t0_s, double t1_s) const {
 std::size_t MotionBuffer::rowAt(double time_s) const {
   const auto begun = [&](std::size_t i) { return row(i).time_s <= time_s; };
   const double first_s = row(0).time_s, last_s = row(size_ - 1).time_s;
-  const double share = last_s > first_s ? (time_s - first_s) / (last_s - first_s) : 0;
+  const double span_s = last_s - first_s;  // infinite where times are beyond sense
+  const double share = span_s > 0 && std::isfinite(span_s) ? (time_s - first_s) / span_s : 0;
   std::size_t low = static_cast<std::size_t>(std::clamp(share, 0., 1.) * double(size_ - 1));
   std::size_t high = low + 1;
   for (std::size_t step = 1; low > 0 && !begun(low); step *= 2) {

@@ -58,16 +58,26 @@ void ImageFile::refuse(const std::string& reason) const {
   throw InputError({path_, 0, ""}, reason);
 }
 
+void ImageFile::refuseDamaged(const std::string& why) const {
+  refuse(fmt::format("is damaged or cut off ({}); copy the image again", why));
+}
+
+/// Before memory is taken for them.
+void ImageFile::requirePixels() const {
+  if (bytes_.size() < header_.leastBytes) refuseDamaged("pixels are missing");
+}
+
 template <class Level>
 void ImageFile::decode(Level* levels) const {
   try {
     format_.decode(bytes_, header_, levels);
   } catch (const ImageFault& fault) {
-    refuse(fmt::format("is damaged or cut off ({}); copy the image again", fault.what()));
+    refuseDamaged(fault.what());
   }
 }
 
 DEPTHSERVO_VISP vpImage<unsigned char> ImageFile::gray(int bits) const {
+  requirePixels();
   DEPTHSERVO_VISP vpImage<unsigned char> image(static_cast<unsigned>(header_.size.height),
                                                static_cast<unsigned>(header_.size.width));
   const unsigned white = isWhiteUnknown() ? (1u << bits) - 1 : header_.white;
@@ -94,6 +104,7 @@ DEPTHSERVO_VISP vpImage<unsigned char> ImageFile::gray(int bits) const {
 
 std::vector<std::uint16_t> ImageFile::levels16() const {
   if (header_.bytes != 2) refuse("has 8 bits per level, expected 16");
+  requirePixels();
   std::vector<std::uint16_t> levels(std::size_t(header_.size.width) *
                                     std::size_t(header_.size.height));
   decode(levels.data());

@@ -43,6 +43,8 @@ class DEPTHSERVO_INNER ImageFile {
 
  private:
   [[noreturn]] void refuse(const std::string& reason) const;
+  [[noreturn]] void refuseDamaged(const std::string& why) const;
+  void requirePixels() const;
   template <class Level>
   void decode(Level* levels) const;
 

@@ -19,6 +19,7 @@ struct ImageHeader {
   bool isGray = true;     ///< one channel
   int orientation = 1;    ///< of EXIF: 1 is upright
   std::size_t start = 0;  ///< of the pixels in a PGM or PPM
+  std::size_t leastBytes = 0;  ///< of a file with so many pixels, as far as the format tells
 };
 
 /// The bytes are not what they should be; says why.

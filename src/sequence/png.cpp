@@ -84,6 +84,9 @@ ImageHeader header(std::string_view bytes) {
                  static_cast<int>(png_get_image_height(reader.png, reader.info))};
   header.bytes = png_get_bit_depth(reader.png, reader.info) == 16 ? 2 : 1;
   header.white = header.bytes == 1 ? 255 : 0;
+  constexpr std::size_t kDensest = 1032;  // what deflate makes of one byte at most
+  header.leastBytes =
+      png_get_rowbytes(reader.png, reader.info) * std::size_t(header.size.height) / kDensest;
   header.isGray = png_get_color_type(reader.png, reader.info) == PNG_COLOR_TYPE_GRAY;
   png_bytep exif = nullptr;
   png_uint_32 count = 0;

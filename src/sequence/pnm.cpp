@@ -33,6 +33,8 @@ ImageHeader header(std::string_view bytes) {
   header.white = values[2];
   header.isGray = bytes[1] == '5';
   header.start = i + 1;
+  header.leastBytes = header.start + std::size_t{values[0]} * values[1] *
+                                         std::size_t(header.bytes) * (header.isGray ? 1 : 3);
   return header;
 }
 

@@ -21,6 +21,7 @@ class DEPTHSERVO_API ConstantDepth : public DepthEstimator {
 
  private:
   void takePoint(const PointMeasurement& measurement);
+  DepthStatus judged() const;
 
   DepthRange range_;
   DepthEstimate estimate_;

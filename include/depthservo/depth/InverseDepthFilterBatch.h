@@ -28,6 +28,9 @@ class DEPTHSERVO_API InverseDepthFilterBatch {
                                    const DepthRange& range = {},
                                    Instructions instructions = best());
 
+  InverseDepthFilterBatch(const InverseDepthFilterBatch&) = default;  // no move: nothing is left without its memory
+  InverseDepthFilterBatch& operator=(const InverseDepthFilterBatch&) = default;
+
   std::size_t size() const { return size_; }
 
   /// As of DepthEstimator, for point i < size().

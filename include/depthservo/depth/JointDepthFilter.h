@@ -67,6 +67,8 @@ class DEPTHSERVO_API JointDepthFilter : public PointSetEstimator {
   explicit JointDepthFilter(std::size_t capacity, const Options& options = {},
                             const DepthPrior& prior = {}, const DepthRange& range = {});
 
+  JointDepthFilter(const JointDepthFilter&) = default;  // no move: nothing is left without its memory
+  JointDepthFilter& operator=(const JointDepthFilter&) = default;
   std::unique_ptr<PointSetEstimator> clone() const override;
   void reset() override;
   bool setPrior(int id, const DepthPrior& prior) override;

@@ -42,6 +42,9 @@ class DEPTHSERVO_API NoiseLearner {
   /// \param white_px of the pixels, where it begins
   NoiseLearner(std::size_t capacity, const SharedErrorFilterOptions& options, double white_px);
 
+  NoiseLearner(const NoiseLearner&) = default;  // no move: nothing is left without its memory
+  NoiseLearner& operator=(const NoiseLearner&) = default;
+
   /// \param motion since the last image; not usable: everything before is forgotten
   /// \param observations in ascending order of id, others are left out; their sigma is what was
   /// told, times pixelFactor()

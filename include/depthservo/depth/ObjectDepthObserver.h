@@ -40,6 +40,8 @@ class DEPTHSERVO_API ObjectDepthObserver : public PointSetEstimator {
   explicit ObjectDepthObserver(std::size_t capacity, const Options& options = {},
                                const DepthPrior& prior = {}, const DepthRange& range = {});
 
+  ObjectDepthObserver(const ObjectDepthObserver&) = default;  // no move: nothing is left without its memory
+  ObjectDepthObserver& operator=(const ObjectDepthObserver&) = default;
   std::unique_ptr<PointSetEstimator> clone() const override;
   void reset() override;
   bool setPrior(int id, const DepthPrior& prior) override;

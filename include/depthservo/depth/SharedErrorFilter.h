@@ -62,6 +62,8 @@ class DEPTHSERVO_API SharedErrorFilter : public PointSetEstimator {
   explicit SharedErrorFilter(std::size_t capacity, const Options& options = {},
                              const DepthPrior& prior = {}, const DepthRange& range = {});
 
+  SharedErrorFilter(const SharedErrorFilter&) = default;  // no move: nothing is left without its memory
+  SharedErrorFilter& operator=(const SharedErrorFilter&) = default;
   std::unique_ptr<PointSetEstimator> clone() const override;
   void reset() override;
   bool setPrior(int id, const DepthPrior& prior) override;

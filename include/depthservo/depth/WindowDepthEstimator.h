@@ -67,6 +67,8 @@ class DEPTHSERVO_API WindowDepthEstimator : public DepthEstimator {
 
   explicit WindowDepthEstimator(const Options& options = {}, const DepthRange& range = {});
 
+  WindowDepthEstimator(const WindowDepthEstimator&) = default;  // no move: nothing is left without its memory
+  WindowDepthEstimator& operator=(const WindowDepthEstimator&) = default;
   std::unique_ptr<DepthEstimator> clone() const override;
   void reset(const PointMeasurement& measurement, const DepthPrior& prior) override;
   void predict(const Motion& motion) override;

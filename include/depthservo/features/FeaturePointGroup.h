@@ -27,6 +27,8 @@ class DEPTHSERVO_API FeaturePointGroup : public PointFeatures {
  public:
   /// \param estimator copied; with room for `count` points
   FeaturePointGroup(const PointSetEstimator& estimator, std::size_t count);
+  FeaturePointGroup(const FeaturePointGroup&) = delete;  // a task keeps where the features are
+  FeaturePointGroup& operator=(const FeaturePointGroup&) = delete;
 
   /// As FeaturePoint::observe, for all features. \rtsafe
   void observe(const DEPTHSERVO_VISP vpColVector& twist, double dt);

@@ -54,6 +54,9 @@ class DEPTHSERVO_API MotionBuffer {
   explicit MotionBuffer(std::size_t capacity = 1024, double nominalPeriod_s = 0,
                         const UnknownMotion& bounds = {});
 
+  MotionBuffer(const MotionBuffer&) = default;  // no move: nothing is left without its memory
+  MotionBuffer& operator=(const MotionBuffer&) = default;
+
   /// Adds a row. Refused (false, counted, nothing changed) when the time or the twist is not finite
   /// or the time is not after the newest row's. \rtsafe
   bool push(double time_s, const Twist& twist);

@@ -112,6 +112,8 @@ class DEPTHSERVO_API VisualMotionObserver : public PointSetEstimator {
   explicit VisualMotionObserver(std::vector<Eigen::Vector3d> points, const Options& options = {},
                                 const DepthRange& range = {});
 
+  VisualMotionObserver(const VisualMotionObserver&) = default;  // no move: nothing is left without its memory
+  VisualMotionObserver& operator=(const VisualMotionObserver&) = default;
   std::unique_ptr<PointSetEstimator> clone() const override;
   void reset() override;
   bool setPrior(int id, const DepthPrior& prior) override;

@@ -16,6 +16,12 @@ DEPTHSERVO_API std::vector<std::string> arucoDictionaries();
 /// How many markers a dictionary has. \throws std::invalid_argument no such dictionary
 DEPTHSERVO_API int arucoMarkerCount(const std::string& dictionary);
 
+/// ArUco markers in the white squares of a board.
+struct BoardMarkers {
+  std::string dictionary = "4x4_50";
+  double size = 0;  ///< side of a marker with its black border, > 0, below that of a square [m]
+};
+
 /// A printed chessboard; a ChArUco board is one with ArUco markers in its white squares (OpenCV's
 /// pattern since 4.6: the upper left square is black, markers 0, 1, ... row by row).
 ///
@@ -26,11 +32,7 @@ DEPTHSERVO_API int arucoMarkerCount(const std::string& dictionary);
 /// Only where one of columns and rows is odd and the other even do the colours tell a plain
 /// chessboard from itself turned by half a turn.
 struct DEPTHSERVO_API BoardTarget {
-  /// In the white squares.
-  struct Markers {
-    std::string dictionary = "4x4_50";
-    double size = 0;  ///< side of a marker with its black border, > 0, below that of a square [m]
-  };
+  using Markers = BoardMarkers;
   static constexpr int kLeast = 3, kMost = 24;  ///< corners in a row or a column
 
   int columns = 0, rows = 0;       ///< inner corners: one less than there are squares

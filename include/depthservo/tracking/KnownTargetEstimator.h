@@ -32,6 +32,9 @@ class DEPTHSERVO_API KnownTargetEstimator : public PointSetEstimator {
   explicit KnownTargetEstimator(const std::vector<Eigen::Vector3d>& points,
                                 const Options& options = {}, const DepthRange& range = {});
 
+  KnownTargetEstimator(const KnownTargetEstimator&) = default;  // no move: nothing is left without its memory
+  KnownTargetEstimator& operator=(const KnownTargetEstimator&) = default;
+
   std::unique_ptr<PointSetEstimator> clone() const override;
   void reset() override;
   bool setPrior(int id, const DepthPrior& prior) override;

@@ -35,7 +35,7 @@ Eigen::Isometry3d readPoseFields(MessageReader& reader) {
   const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
   constexpr double kNormError = 0.02, kFarthest = 1e7;  // m
   const Eigen::Vector3d position(p[0], p[1], p[2]);
-  if (!(position.cwiseAbs().maxCoeff() <= kFarthest)) throw BagFault("it has no finite position");
+  if (!(position.array().abs() <= kFarthest).all()) throw BagFault("it has no finite position");
   if (!(std::abs(rotation.norm() - 1) <= kNormError)) {
     throw BagFault(fmt::format("it has a quaternion of norm {}, expected 1", rotation.norm()));
   }
