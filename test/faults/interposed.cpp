@@ -7,6 +7,7 @@
 //   FAULTS_TOLD   file that gets "<naming> <writing> <finishing> <removing calls> <name of the call
 //                 that failed>"
 //   FAULTS_CLOCK  seconds by which the wall clock jumps every time it is read, to and fro
+//   FAULTS_LOCALE set: the process begins with the user's locale, as programs with windows do
 //
 // Calls within libc (of stdio on its own) cannot be seen: what goes by FILE is met at fwrite and
 // fclose. Programs that depthservo starts are left alone.
@@ -14,6 +15,7 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <locale.h>
 #include <signal.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -44,6 +46,7 @@ struct Plan {
     snprintf(told, sizeof told, "%s", text("FAULTS_TOLD"));
     at = strtoll(text("FAULTS_AT"), nullptr, 10);
     clockStep_s = strtol(text("FAULTS_CLOCK"), nullptr, 10);
+    if (*text("FAULTS_LOCALE") != '\0' && !setlocale(LC_ALL, "")) abort();
     unsetenv("LD_PRELOAD");
   }
   ~Plan() {
