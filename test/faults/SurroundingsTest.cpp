@@ -38,11 +38,14 @@ class Surroundings : public testing::Test {
                   kSweep + ("scenario: " + data("scenarios/unicycle-4dots.yaml")) + "\n");
   }
 
-  /// A clear end: as usual, or told in one line. \param mayFailToLoad before main
-  static void expectClearEnd(const Result& result, bool mayFailToLoad) {
-    const bool isLoaderOut = result.exitCode == 127 &&
-                             result.err.find("shared libraries") != std::string::npos;
-    if (mayFailToLoad && isLoaderOut) return;
+  /// A clear end: as usual, or told in one line. Libraries may fail before main.
+  static void expectClearEnd(const Result& result) {
+    const auto says = [&](const char* words) {
+      return result.err.find(words) != std::string::npos;
+    };
+    const bool isBeforeMain = (result.exitCode == 127 && says("shared libraries")) ||
+                              (result.exitCode == 1 && says("Operating system error"));  // Fortran's
+    if (isBeforeMain) return;
     EXPECT_TRUE(result.exitCode == 0 || result.exitCode == 2 || result.exitCode == 70)
         << result.exitCode << ": " << result.err;
     EXPECT_EQ(result.err.find("terminate"), std::string::npos) << result.err;
@@ -59,14 +62,14 @@ TEST_F(Surroundings, with_few_open_files_end_clearly) {
   writeSweep();
   int done = 0;
   for (int files = 4; files <= 9; ++files) {
-    const std::string limit = fmt::format("ulimit -n {};", files), n = std::to_string(files);
+    const std::string limit = fmt::format("prlimit --nofile={} env PATH=/nowhere", files), n = std::to_string(files);
     for (const std::string& command :
          {"run " + kPoints + " --out " + file("run" + n),
           "replay " + file("sequence") + " --out " + file("replay" + n),
           "sweep " + file("sweep.yaml") + " --jobs 2 --out " + file("sweep" + n)}) {
       SCOPED_TRACE(limit + " " + command);
-      const Result result = depthservo(command, limit + "PATH=/nowhere");
-      expectClearEnd(result, true);
+      const Result result = depthservo(command, limit);
+      expectClearEnd(result);
       done += result.exitCode == 0;
     }
   }
@@ -87,13 +90,13 @@ TEST_F(Surroundings, with_little_memory_end_clearly) {
           "sweep " + file("sweep.yaml") + " --jobs 4 --out " + file("sweep" + n)}) {
       SCOPED_TRACE(limit + " " + command);
       const Result result = depthservo(command, limit + "PATH=/nowhere");
-      expectClearEnd(result, true);
+      expectClearEnd(result);
       done += result.exitCode == 0;
       short_of += result.exitCode == 70;
     }
   }
   EXPECT_GT(done, 0) << "never enough";
-  if (areAllTried()) EXPECT_GT(short_of, 0) << "always enough";
+  EXPECT_TRUE(short_of > 0 || !areAllTried()) << "always enough";
 }
 
 TEST_F(Surroundings, of_another_language_time_zone_or_home_change_no_byte) {
@@ -120,14 +123,19 @@ TEST_F(Surroundings, of_another_language_time_zone_or_home_change_no_byte) {
   };
   const Tree usual = made("usual", "PATH=/nowhere");
   EXPECT_GT(usual.size(), 10u);
-  EXPECT_TRUE(made("empty", "/usr/bin/env -i") == usual);
-  EXPECT_TRUE(made("homeless", "HOME=/nowhere XDG_CACHE_HOME=/nowhere PATH=/nowhere") == usual);
-  EXPECT_TRUE(made("elsewhere", "TZ=Asia/Kathmandu PATH=/nowhere") == usual);
+  const auto expectUsual = [&](const std::string& name, const std::string& before) {
+    for (const auto& [path, bytes] : made(name, before)) {
+      EXPECT_TRUE(usual.count(path) == 1 && usual.at(path) == bytes) << name << "/" << path;
+    }
+  };
+  expectUsual("empty", "/usr/bin/env -i PATH=/nowhere");
+  expectUsual("homeless", "HOME=/nowhere XDG_CACHE_HOME=/nowhere PATH=/nowhere");
+  expectUsual("elsewhere", "TZ=Asia/Kathmandu PATH=/nowhere");
   if (!hasGerman) GTEST_SKIP() << "localedef cannot make de_DE.UTF-8: Debian package locales";
   ASSERT_EQ(std::system((german + "/usr/bin/printf %.1f 1,5 >" + file("comma")).c_str()), 0);
   ASSERT_EQ(folder_.read("comma"), "1,5");
-  EXPECT_TRUE(made("german", german + "FAULTS_LOCALE=1 LD_PRELOAD=" DEPTHSERVO_INTERPOSED
-                                      " PATH=/nowhere") == usual);
+  expectUsual("german", german + "FAULTS_LOCALE=1 LD_PRELOAD=" DEPTHSERVO_INTERPOSED
+                                      " PATH=/nowhere");
 }
 
 /// gnuplot reads the numbers that are written for it.
@@ -287,17 +295,23 @@ std::string bigEndian(std::uint32_t value, int bytes) {
   return text;
 }
 
+std::string pngChunk(const std::string& typeAndData) {
+  const auto crc = static_cast<std::uint32_t>(
+      crc32(0, reinterpret_cast<const Bytef*>(typeAndData.data()),
+            static_cast<uInt>(typeAndData.size())));
+  return bigEndian(static_cast<std::uint32_t>(typeAndData.size() - 4), 4) + typeAndData +
+         bigEndian(crc, 4);
+}
+
 /// Images of 60000 x 60000 pixels, in few bytes.
 std::map<std::string, std::string> bombs() {
-  const std::string header = "IHDR" + bigEndian(60000, 4) + bigEndian(60000, 4) +
-                             std::string("\x08\0\0\0\0", 5);
-  const auto crc = static_cast<std::uint32_t>(
-      crc32(0, reinterpret_cast<const Bytef*>(header.data()), static_cast<uInt>(header.size())));
-  const std::string end = std::string("IEND") + "\xae\x42\x60\x82";
-  return {{"png", "\x89PNG\r\n\x1a\n" + bigEndian(13, 4) + header + bigEndian(crc, 4) +
-                      bigEndian(0, 4) + end},
+  const std::string header =
+      "IHDR" + bigEndian(60000, 4) + bigEndian(60000, 4) + std::string("\x08\0\0\0\0", 5);
+  return {{"png", "\x89PNG\r\n\x1a\n" + pngChunk(header) + pngChunk("IDAT\x78\x9c") +
+                      pngChunk("IEND")},
           {"jpeg", std::string("\xff\xd8\xff\xc0\0\x0b\x08", 7) + bigEndian(60000, 2) +
-                       bigEndian(60000, 2) + std::string("\x01\x01\x11\0", 4) + "\xff\xd9"},
+                       bigEndian(60000, 2) + std::string("\x01\x01\x11\0", 4) +
+                       std::string("\xff\xda\0\x08\x01\x01\0\0\x3f\0", 10) + "\xff\xd9"},
           {"pgm", "P5\n60000 60000\n255\n\x01\x02"}};
 }
 
@@ -357,7 +371,7 @@ TEST_F(Surroundings, with_bags_of_images_that_promise_gigabytes_are_refused) {
 
 /// A disk that is full behind `>`, or whoever read has gone.
 TEST_F(Surroundings, that_take_no_output_are_told) {
-  for (const std::string command :
+  for (const std::string& command :
        {"run " + kPoints + " --json", std::string("keys"), std::string("--help"),
         std::string("--version"), std::string("gains --law observer --fps 30 --kappa 0.1 --json")}) {
     const std::string line = std::string(DEPTHSERVO_TOOL) + " " + command + " >/dev/full 2>" +
