@@ -37,20 +37,24 @@ std::vector<std::string> filesOf(const std::string& name) {
   return files;
 }
 
+Scenario scenarioIn(const std::string& file) {
+  Scenario scenario = Scenario::load(file);
+  if (scenario.expect) return scenario;
+  throw InputError({file, 0, "expect"}, "is missing; say what the run must come to");
+}
+
 /// One row of the table.
-Json resultOf(const std::string& file) {
-  const Scenario scenario = Scenario::load(file);
-  if (!scenario.expect) {
-    throw InputError({file, 0, "expect"}, "is missing; say what the run must come to");
-  }
+Json resultOf(const Scenario& scenario) {
   const RunLog log = run(scenario);
   const Metrics metrics = computeMetrics(log);
   const std::vector<std::string> differences = unmet(scenario, log, metrics);
-  Json row{{"scenario", file}, {"pass", differences.empty()}, {"outcome", toString(log.outcome)}};
+  Json row{{"scenario", scenario.file},
+           {"pass", differences.empty()},
+           {"outcome", toString(log.outcome)}};
   row["coverage_2sigma"] = metrics.coverage_2sigma;  // null where it is not known
-  row["valid"] = std::count_if(
-      metrics.points.begin(), metrics.points.end(),
-      [](const PointMetrics& point) { return point.status == DepthStatus::valid; });
+  row["valid"] =
+      std::count_if(metrics.points.begin(), metrics.points.end(),
+                    [](const PointMetrics& point) { return point.status == DepthStatus::valid; });
   row["points"] = metrics.points.size();
   const bool isFault = log.diagnosis && log.diagnosis->isFault();
   row["diagnosis"] = isFault ? ConsistencyMonitor::toString(log.diagnosis->latest.cause) : "none";
@@ -65,16 +69,15 @@ void print(const Json& row) {
              row["pass"].get<bool>() ? "ok" : "FAIL",
              fs::path(row["scenario"].get<std::string>()).stem().string(),
              row["outcome"].get<std::string>(),
-             isKnown ? fmt::format("{:.3f}", coverage.get<double>()) : "-",
-             row["valid"].get<int>(), row["points"].get<int>(),
-             row["diagnosis"].get<std::string>(),
+             isKnown ? fmt::format("{:.3f}", coverage.get<double>()) : "-", row["valid"].get<int>(),
+             row["points"].get<int>(), row["diagnosis"].get<std::string>(),
              fmt::join(row["unmet"].get<std::vector<std::string>>(), "; "));
 }
 
 int regress(const RegressArguments& arguments) {
-  std::vector<std::string> files;
+  std::vector<Scenario> scenarios;  // all of them are read before anything is run
   for (const std::string& name : arguments.scenarios) {
-    for (std::string& file : filesOf(name)) files.push_back(std::move(file));
+    for (const std::string& file : filesOf(name)) scenarios.push_back(scenarioIn(file));
   }
   if (!arguments.json) {
     fmt::print("{:4} {:<36} {:<10} {:>8} {:<9} {:<14}\n", "", "scenario", "outcome", "coverage",
@@ -82,21 +85,21 @@ int regress(const RegressArguments& arguments) {
   }
   Json rows = Json::array();
   std::size_t met = 0;
-  for (const std::string& file : files) {
-    rows.push_back(resultOf(file));
+  for (const Scenario& scenario : scenarios) {
+    rows.push_back(resultOf(scenario));
     met += rows.back()["pass"].get<bool>() ? 1 : 0;
     if (!arguments.json) print(rows.back());
   }
   if (arguments.json) fmt::print("{}\n", rows.dump(2, ' ', false, Json::error_handler_t::replace));
-  fmt::print(stderr, "{} of {} scenarios are as expected\n", met, files.size());
-  return met == files.size() ? kMet : kNotMet;
+  fmt::print(stderr, "{} of {} scenarios are as expected\n", met, scenarios.size());
+  return met == scenarios.size() ? kMet : kNotMet;
 }
 
 }  // namespace
 
 void addRegress(CLI::App& app, int& exitCode) {
-  CLI::App* command = app.add_subcommand(
-      "regress", "Run scenarios and say which do not come to what they expect");
+  CLI::App* command =
+      app.add_subcommand("regress", "Run scenarios and say which do not come to what they expect");
   auto a = std::make_shared<RegressArguments>();
   command
       ->add_option("SCENARIO", a->scenarios,

@@ -47,8 +47,7 @@ TEST(Expectation, tells_each_thing_that_is_otherwise) {
   EXPECT_EQ(only([](Met& r) { r.log.outcome = Outcome::timeout; }), "expected lost, got timeout");
   EXPECT_EQ(only([](Met& r) { r.metrics.coverage_2sigma = 0.89; }),
             "expected coverage of 0.9 at least, got 0.890");
-  EXPECT_EQ(only([](Met& r) { r.metrics.points.clear(); }),
-            "expected 1 to 2 valid depths, got 0");
+  EXPECT_EQ(only([](Met& r) { r.metrics.points.clear(); }), "expected 1 to 2 valid depths, got 0");
   EXPECT_EQ(only([](Met& r) { r.log.frames.back().command[1] = 1e-9; }),
             "expected a last command of zero, got another");
   EXPECT_EQ(only([](Met& r) { r.log.frames.clear(); }),

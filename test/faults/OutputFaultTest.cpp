@@ -34,11 +34,12 @@ class Inputs {
     if (isNamed("#drive")) {
       record(data("scenarios/free-general.yaml") + " --set duration=1.2", path("drive"));
     }
-    folder_.write("sweep.yaml", std::string(kSweep) + "scenario: " +
-                                    data("scenarios/unicycle-4dots.yaml") + "\n");
+    folder_.write("sweep.yaml", std::string(kSweep) +
+                                    "scenario: " + data("scenarios/unicycle-4dots.yaml") + "\n");
     for (const std::string shard : {"1", "2"}) {
       if (!isNamed("#shard")) break;
-      make("sweep " + path("sweep.yaml") + " --shard " + shard + "/2 --out " + path("shard" + shard));
+      make("sweep " + path("sweep.yaml") + " --shard " + shard + "/2 --out " +
+           path("shard" + shard));
     }
     if (isNamed("@/run")) makeRun();
     if (isNamed("@/baseline.json")) {
@@ -225,21 +226,22 @@ TEST_P(OutputFault, is_told_or_not_seen_and_leaves_nothing_half) {
 
 INSTANTIATE_TEST_SUITE_P(
     Of, OutputFault,
-    testing::Values(
-        Writer{"run", "run " + kPoints + " --out @/x"},
-        Writer{"run_with_recordings", "run " + kPoints + " --mcap @/x.mcap --tum @/x.txt"},
-        Writer{"record", "record " + kScenario + " --set duration=0.04 @/x"},
-        Writer{"replay", "replay #sequence --out @/x"},
-        Writer{"replay_with_a_new_baseline",
-               "replay #sequence --prior 3 --baseline @/baseline.json --update"},
-        Writer{"compare", "compare #sequence --estimators filter --out @/x"},
-        Writer{"sweep", "sweep #sweep.yaml --jobs 1 --out @/x", Again::goesOn},
-        Writer{"merge", "merge #shard1 #shard2 --out @/x"},
-        Writer{"report", "report @/run"},
-        Writer{"target", "target dots --out @/x.pdf"}, Writer{"new_scenario", "new @/x.yaml"},
-        Writer{"calibrate", "calibrate #drive --out @/x.yaml"},
-        Writer{"teach", "teach --source #sequence/rgb/000001.png --camera #sequence/camera.yaml "
-                        "--tracker dots --out @/x"}),
+    testing::Values(Writer{"run", "run " + kPoints + " --out @/x"},
+                    Writer{"run_with_recordings",
+                           "run " + kPoints + " --mcap @/x.mcap --tum @/x.txt"},
+                    Writer{"record", "record " + kScenario + " --set duration=0.04 @/x"},
+                    Writer{"replay", "replay #sequence --out @/x"},
+                    Writer{"replay_with_a_new_baseline",
+                           "replay #sequence --prior 3 --baseline @/baseline.json --update"},
+                    Writer{"compare", "compare #sequence --estimators filter --out @/x"},
+                    Writer{"sweep", "sweep #sweep.yaml --jobs 1 --out @/x", Again::goesOn},
+                    Writer{"merge", "merge #shard1 #shard2 --out @/x"},
+                    Writer{"report", "report @/run"}, Writer{"target", "target dots --out @/x.pdf"},
+                    Writer{"new_scenario", "new @/x.yaml"},
+                    Writer{"calibrate", "calibrate #drive --out @/x.yaml"},
+                    Writer{"teach",
+                           "teach --source #sequence/rgb/000001.png --camera #sequence/camera.yaml "
+                           "--tracker dots --out @/x"}),
     [](const auto& writer) { return std::string(writer.param.name); });
 
 }  // namespace

@@ -24,9 +24,10 @@ class RecordingServo : public testing::Test {
                                         "'robot.initial={x: -1.1, y: 0.01, theta: 0}'");
     fs::create_directory(place());
     pair_->teach("{x: -1, y: 0, theta: 0}", "--tracker dots");
-    pair_->servoEnvironment =
-        "PATH=/nowhere " + faultAt(at, kind, place(), pair_->path("told"));
-    pair_->start("--arm --prior 1 --tolerance 8 --record " + place() + "/record --out " + place() + "/out", true);
+    pair_->servoEnvironment = "PATH=/nowhere " + faultAt(at, kind, place(), pair_->path("told"));
+    pair_->start(
+        "--arm --prior 1 --tolerance 8 --record " + place() + "/record --out " + place() + "/out",
+        true);
     pair_->wait();
     return toldCalls(pair_->path("told"));
   }

@@ -43,8 +43,9 @@ class Surroundings : public testing::Test {
     const auto says = [&](const char* words) {
       return result.err.find(words) != std::string::npos;
     };
-    const bool isBeforeMain = (result.exitCode == 127 && says("shared libraries")) ||
-                              (result.exitCode == 1 && says("Operating system error"));  // Fortran's
+    const bool isBeforeMain =
+        (result.exitCode == 127 && says("shared libraries")) ||
+        (result.exitCode == 1 && says("Operating system error"));  // Fortran's
     if (isBeforeMain) return;
     EXPECT_TRUE(result.exitCode == 0 || result.exitCode == 2 || result.exitCode == 70)
         << result.exitCode << ": " << result.err;
@@ -62,7 +63,8 @@ TEST_F(Surroundings, with_few_open_files_end_clearly) {
   writeSweep();
   int done = 0;
   for (int files = 4; files <= 9; ++files) {
-    const std::string limit = fmt::format("prlimit --nofile={} env PATH=/nowhere", files), n = std::to_string(files);
+    const std::string limit = fmt::format("prlimit --nofile={} env PATH=/nowhere", files),
+                      n = std::to_string(files);
     for (const std::string& command :
          {"run " + kPoints + " --out " + file("run" + n),
           "replay " + file("sequence") + " --out " + file("replay" + n),
@@ -134,8 +136,8 @@ TEST_F(Surroundings, of_another_language_time_zone_or_home_change_no_byte) {
   if (!hasGerman) GTEST_SKIP() << "localedef cannot make de_DE.UTF-8: Debian package locales";
   ASSERT_EQ(std::system((german + "/usr/bin/printf %.1f 1,5 >" + file("comma")).c_str()), 0);
   ASSERT_EQ(folder_.read("comma"), "1,5");
-  expectUsual("german", german + "FAULTS_LOCALE=1 LD_PRELOAD=" DEPTHSERVO_INTERPOSED
-                                      " PATH=/nowhere");
+  expectUsual("german",
+              german + "FAULTS_LOCALE=1 LD_PRELOAD=" DEPTHSERVO_INTERPOSED " PATH=/nowhere");
 }
 
 /// gnuplot reads the numbers that are written for it.
@@ -192,9 +194,9 @@ TEST_F(Surroundings, shared_by_two_at_once_give_the_folder_to_one) {
   };
   for (int i = 0; i < (areAllTried() ? 20 : 3); ++i) {
     const std::string n = std::to_string(i);
-    for (const std::string& command : {"run " + kPoints + " --out " + file("run" + n),
-                                       "record " + kPoints + " " + file("record" + n),
-                                       "new " + file("new" + n + ".yaml")}) {
+    for (const std::string& command :
+         {"run " + kPoints + " --out " + file("run" + n),
+          "record " + kPoints + " " + file("record" + n), "new " + file("new" + n + ".yaml")}) {
       const std::string codes = both(command);
       EXPECT_TRUE(codes == "02" || codes == "20")
           << command << ": " << codes << folder_.read("err1") << folder_.read("err2");
@@ -217,7 +219,9 @@ TEST_F(Surroundings, shared_by_two_at_once_give_the_folder_to_one) {
 TEST_F(Surroundings, named_in_any_way_are_written_and_read) {
   record(kScenario + " --set duration=0.1", file("s"));
   record(data("scenarios/free-general.yaml") + " --set duration=1.2", file("drive"));
-  for (const std::string name : {"a b", "it's \"quoted\" \\ $HOME", "Gr\xc3\xbc\xc3\x9f" "e \xe6\x97\xa5\xe6\x9c\xac",
+  for (const std::string name : {"a b", "it's \"quoted\" \\ $HOME",
+                                 "Gr\xc3\xbc\xc3\x9f"
+                                 "e \xe6\x97\xa5\xe6\x9c\xac",
                                  "line\nbreak", "-dash", "caf\xe9"}) {
     const std::string place = folder_ / name;
     fs::create_directory(place);
@@ -296,9 +300,9 @@ std::string bigEndian(std::uint32_t value, int bytes) {
 }
 
 std::string pngChunk(const std::string& typeAndData) {
-  const auto crc = static_cast<std::uint32_t>(
-      crc32(0, reinterpret_cast<const Bytef*>(typeAndData.data()),
-            static_cast<uInt>(typeAndData.size())));
+  const auto crc =
+      static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(typeAndData.data()),
+                                       static_cast<uInt>(typeAndData.size())));
   return bigEndian(static_cast<std::uint32_t>(typeAndData.size() - 4), 4) + typeAndData +
          bigEndian(crc, 4);
 }
@@ -307,12 +311,12 @@ std::string pngChunk(const std::string& typeAndData) {
 std::map<std::string, std::string> bombs() {
   const std::string header =
       "IHDR" + bigEndian(60000, 4) + bigEndian(60000, 4) + std::string("\x08\0\0\0\0", 5);
-  return {{"png", "\x89PNG\r\n\x1a\n" + pngChunk(header) + pngChunk("IDAT\x78\x9c") +
-                      pngChunk("IEND")},
-          {"jpeg", std::string("\xff\xd8\xff\xc0\0\x0b\x08", 7) + bigEndian(60000, 2) +
-                       bigEndian(60000, 2) + std::string("\x01\x01\x11\0", 4) +
-                       std::string("\xff\xda\0\x08\x01\x01\0\0\x3f\0", 10) + "\xff\xd9"},
-          {"pgm", "P5\n60000 60000\n255\n\x01\x02"}};
+  return {
+      {"png", "\x89PNG\r\n\x1a\n" + pngChunk(header) + pngChunk("IDAT\x78\x9c") + pngChunk("IEND")},
+      {"jpeg", std::string("\xff\xd8\xff\xc0\0\x0b\x08", 7) + bigEndian(60000, 2) +
+                   bigEndian(60000, 2) + std::string("\x01\x01\x11\0", 4) +
+                   std::string("\xff\xda\0\x08\x01\x01\0\0\x3f\0", 10) + "\xff\xd9"},
+      {"pgm", "P5\n60000 60000\n255\n\x01\x02"}};
 }
 
 /// One line, and no memory for what the header promises: with the 3.6 GB of it this would end
@@ -337,17 +341,17 @@ TEST_F(Surroundings, with_images_that_promise_gigabytes_are_refused_by_their_hea
 
 TEST_F(Surroundings, with_bags_of_images_that_promise_gigabytes_are_refused) {
   const auto bag = [&](const std::string& type, const std::string& message) {
-    folder_.write("bomb.mcap",
-                  McapParts::file(McapParts::channel(1, "/image", type) +
-                                  McapParts::channel(2, "/info", "sensor_msgs/msg/CameraInfo") +
-                                  McapParts::channel(3, "/twist",
-                                                     "geometry_msgs/msg/TwistStamped") +
-                                  McapParts::message(2, 1, infoMessage(1)) +
-                                  McapParts::message(3, 1, twistStamped(1, "camera", {0, 0, 0, 0, 0, 0})) +
-                                  McapParts::message(1, 1, message) +
-                                  McapParts::message(3, 2, twistStamped(2, "camera", {0, 0, 0, 0, 0, 0}))));
-    const Result result = depthservo("replay " + file("bomb.mcap") + " --tracker klt",
-                                     "ulimit -v 1500000;");
+    folder_.write(
+        "bomb.mcap",
+        McapParts::file(McapParts::channel(1, "/image", type) +
+                        McapParts::channel(2, "/info", "sensor_msgs/msg/CameraInfo") +
+                        McapParts::channel(3, "/twist", "geometry_msgs/msg/TwistStamped") +
+                        McapParts::message(2, 1, infoMessage(1)) +
+                        McapParts::message(3, 1, twistStamped(1, "camera", {0, 0, 0, 0, 0, 0})) +
+                        McapParts::message(1, 1, message) +
+                        McapParts::message(3, 2, twistStamped(2, "camera", {0, 0, 0, 0, 0, 0}))));
+    const Result result =
+        depthservo("replay " + file("bomb.mcap") + " --tracker klt", "ulimit -v 1500000;");
     EXPECT_EQ(result.exitCode, 2) << result.err;
     EXPECT_NE(result.err.find("bomb.mcap"), std::string::npos) << result.err;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
@@ -355,8 +359,8 @@ TEST_F(Surroundings, with_bags_of_images_that_promise_gigabytes_are_refused) {
   };
   for (const auto& [format, bytes] : bombs()) {
     if (format == "pgm") continue;  // no CompressedImage has it
-    const std::string err = bag("sensor_msgs/msg/CompressedImage",
-                                Cdr().header(1, "camera").text(format).blob(bytes));
+    const std::string err =
+        bag("sensor_msgs/msg/CompressedImage", Cdr().header(1, "camera").text(format).blob(bytes));
     EXPECT_NE(err.find("60000"), std::string::npos) << format << ": " << err;
   }
   bag("sensor_msgs/msg/Image", Cdr()
@@ -373,9 +377,10 @@ TEST_F(Surroundings, with_bags_of_images_that_promise_gigabytes_are_refused) {
 TEST_F(Surroundings, that_take_no_output_are_told) {
   for (const std::string& command :
        {"run " + kPoints + " --json", std::string("keys"), std::string("--help"),
-        std::string("--version"), std::string("gains --law observer --fps 30 --kappa 0.1 --json")}) {
-    const std::string line = std::string(DEPTHSERVO_TOOL) + " " + command + " >/dev/full 2>" +
-                             file("err");
+        std::string("--version"),
+        std::string("gains --law observer --fps 30 --kappa 0.1 --json")}) {
+    const std::string line =
+        std::string(DEPTHSERVO_TOOL) + " " + command + " >/dev/full 2>" + file("err");
     const int status = std::system(line.c_str());
     EXPECT_EQ(WEXITSTATUS(status), 2) << command;
     EXPECT_NE(folder_.read("err").find("standard output: cannot be written: No space"),

@@ -1,4 +1,5 @@
-// Stands between depthservo and libc (LD_PRELOAD) and lets the n-th output call below a folder fail.
+// Stands between depthservo and libc (LD_PRELOAD) and lets the n-th output call below a folder
+// fail.
 //
 //   FAULTS_UNDER  the folder: a call counts where its path, or that of its file, is below it
 //   FAULTS_KIND   full, read-only, file-limit: that call and all after it; io, interrupted, short,
@@ -151,23 +152,22 @@ Function* next(const char* name) {
   return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
 }
 
-#define NEXT(function) \
-  static auto* const real = next<decltype(function)>(#function)
+#define NEXT(function) static auto* const real = next<decltype(function)>(#function)
 
 }  // namespace
 
 #pragma GCC visibility push(default)
 extern "C" {
 
-#define OPEN(function)                                                                       \
-  int function(const char* path, int flags, ...) {                                           \
-    va_list more;                                                                            \
-    va_start(more, flags);                                                                   \
-    const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(more, mode_t) : 0;     \
-    va_end(more);                                                                            \
-    static auto* const real = next<int(const char*, int, ...)>(#function);                   \
-    if (fails(#function, Call::naming, isForWriting(flags) && isBelow(path))) return -1;     \
-    return real(path, flags, mode);                                                          \
+#define OPEN(function)                                                                   \
+  int function(const char* path, int flags, ...) {                                       \
+    va_list more;                                                                        \
+    va_start(more, flags);                                                               \
+    const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(more, mode_t) : 0; \
+    va_end(more);                                                                        \
+    static auto* const real = next<int(const char*, int, ...)>(#function);               \
+    if (fails(#function, Call::naming, isForWriting(flags) && isBelow(path))) return -1; \
+    return real(path, flags, mode);                                                      \
   }
 OPEN(open)
 OPEN(open64)
@@ -185,11 +185,11 @@ OPEN(open64)
 OPENAT(openat)
 OPENAT(openat64)
 
-#define FOPEN(function)                                                                         \
-  FILE* function(const char* path, const char* mode) {                                          \
-    NEXT(function);                                                                             \
-    if (fails(#function, Call::naming, isForWriting(mode) && isBelow(path))) return nullptr;    \
-    return real(path, mode);                                                                    \
+#define FOPEN(function)                                                                      \
+  FILE* function(const char* path, const char* mode) {                                       \
+    NEXT(function);                                                                          \
+    if (fails(#function, Call::naming, isForWriting(mode) && isBelow(path))) return nullptr; \
+    return real(path, mode);                                                                 \
   }
 FOPEN(fopen)
 FOPEN(fopen64)
@@ -208,11 +208,11 @@ ssize_t writev(int file, const iovec* parts, int count) {
   return part.iov_len > 0 ? real(file, &part, 1) : real(file, parts, count);
 }
 
-#define PWRITE(function)                                                                       \
-  ssize_t function(int file, const void* bytes, size_t count, off_t at) {                      \
-    NEXT(function);                                                                            \
-    if (!fails(#function, Call::writing, isBelow(file))) return real(file, bytes, count, at);  \
-    return isShort() ? real(file, bytes, (count + 1) / 2, at) : -1;                            \
+#define PWRITE(function)                                                                      \
+  ssize_t function(int file, const void* bytes, size_t count, off_t at) {                     \
+    NEXT(function);                                                                           \
+    if (!fails(#function, Call::writing, isBelow(file))) return real(file, bytes, count, at); \
+    return isShort() ? real(file, bytes, (count + 1) / 2, at) : -1;                           \
   }
 PWRITE(pwrite)
 PWRITE(pwrite64)
@@ -244,18 +244,18 @@ int close(int file) {
   return -1;
 }
 
-#define ON_FILE(function)                                             \
-  int function(int file) {                                            \
-    NEXT(function);                                                   \
+#define ON_FILE(function)                                                      \
+  int function(int file) {                                                     \
+    NEXT(function);                                                            \
     return fails(#function, Call::finishing, isBelow(file)) ? -1 : real(file); \
   }
 ON_FILE(fsync)
 ON_FILE(fdatasync)
 
-#define TRUNCATE(function)                                                             \
-  int function(int file, off_t size) {                                                 \
-    NEXT(function);                                                                    \
-    return fails(#function, Call::finishing, isBelow(file)) ? -1 : real(file, size);   \
+#define TRUNCATE(function)                                                           \
+  int function(int file, off_t size) {                                               \
+    NEXT(function);                                                                  \
+    return fails(#function, Call::finishing, isBelow(file)) ? -1 : real(file, size); \
   }
 TRUNCATE(ftruncate)
 TRUNCATE(ftruncate64)
@@ -297,10 +297,10 @@ int fchmodat(int folder, const char* path, mode_t mode, int flags) {
   return real(folder, path, mode, flags);
 }
 
-#define REMOVE(function)                                                              \
-  int function(const char* path) {                                                    \
-    NEXT(function);                                                                   \
-    return fails(#function, Call::removing, isBelow(path)) ? -1 : real(path);         \
+#define REMOVE(function)                                                      \
+  int function(const char* path) {                                            \
+    NEXT(function);                                                           \
+    return fails(#function, Call::removing, isBelow(path)) ? -1 : real(path); \
   }
 REMOVE(remove)
 REMOVE(unlink)
