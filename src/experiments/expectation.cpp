@@ -28,16 +28,16 @@ std::vector<std::string> unmet(const Scenario& scenario, const RunLog& log,
     differs(fmt::format("coverage of {:g} at least", *expected.coverage),
             fmt::format("{:.3f}", metrics.coverage_2sigma));
   }
-  const auto valid = std::count_if(
-      metrics.points.begin(), metrics.points.end(),
-      [](const PointMetrics& point) { return point.status == DepthStatus::valid; });
-  if (expected.valid &&
-      (static_cast<double>(valid) < (*expected.valid)[0] || static_cast<double>(valid) > (*expected.valid)[1])) {
+  const auto valid =
+      std::count_if(metrics.points.begin(), metrics.points.end(),
+                    [](const PointMetrics& point) { return point.status == DepthStatus::valid; });
+  if (expected.valid && (static_cast<double>(valid) < (*expected.valid)[0] ||
+                         static_cast<double>(valid) > (*expected.valid)[1])) {
     differs(fmt::format("{:g} to {:g} valid depths", (*expected.valid)[0], (*expected.valid)[1]),
             fmt::format("{}", valid));
   }
-  const Cause cause = log.diagnosis && log.diagnosis->isFault() ? log.diagnosis->latest.cause
-                                                                : Cause::none;
+  const Cause cause =
+      log.diagnosis && log.diagnosis->isFault() ? log.diagnosis->latest.cause : Cause::none;
   if (expected.diagnosis && cause != *expected.diagnosis) {
     differs(fmt::format("diagnosis {}", ConsistencyMonitor::toString(*expected.diagnosis)),
             ConsistencyMonitor::toString(cause));
