@@ -10,6 +10,7 @@ namespace depthservo {
 void addRun(CLI::App& app, int& exitCode);
 void addReplay(CLI::App& app, int& exitCode);
 void addRecord(CLI::App& app, int& exitCode);
+void addRegress(CLI::App& app, int& exitCode);
 void addReport(CLI::App& app, int& exitCode);
 void addReproduce(CLI::App& app, int& exitCode);
 void addCompare(CLI::App& app, int& exitCode);
@@ -30,7 +31,7 @@ void addDescribe(CLI::App& app, int& exitCode);
 
 /// In the order of --help.
 constexpr void (*kSubcommands[])(CLI::App&, int&) = {
-    addRun,   addNew,    addReplay, addRecord, addReport, addCompare, addReproduce, addGains, addLive,
+    addRun,   addRegress, addNew,  addReplay, addRecord, addReport, addCompare, addReproduce, addGains, addLive,
     addTeach, addServo,  addRobot,  addTarget, addNoise,   addCalibrate, addInfo,  addSweep,
     addMerge, addKeys,   addDescribe};
 

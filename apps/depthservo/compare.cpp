@@ -9,6 +9,7 @@
 
 #include "ProgressBar.h"
 #include "commands.h"
+#include "depthservo/text/NewFolder.h"
 #include "observation.h"
 #include "scenarioFile.h"
 

@@ -2,8 +2,11 @@
 
 #include <fmt/core.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <new>
+#include <string>
+#include <system_error>
 
 #include "depthservo/text/InputError.h"
 #include "exitCodes.h"
@@ -25,7 +28,12 @@ int tellFailure(std::exception_ptr failure) {
     fmt::print(stderr, "{}\n", error.what());
     return kBadInput;
   } catch (const std::filesystem::filesystem_error& error) {
-    fmt::print(stderr, "depthservo: {}\n", error.what());
+    const std::string where = error.path1().string();
+    fmt::print(stderr, "{}\n", InputError({where, 0, ""}, error.code().message()).what());
+    return kBadInput;
+  } catch (const std::system_error& error) {
+    if (std::ferror(stdout) == 0) return tellInternal(error.what());
+    fmt::print(stderr, "standard output: cannot be written: {}\n", error.code().message());
     return kBadInput;
   } catch (const std::bad_alloc&) {
     return tellInternal("out of memory");

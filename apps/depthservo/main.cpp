@@ -4,12 +4,16 @@
 #include <visp3/core/vpConfig.h>
 
 #include <Eigen/Core>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
+#include <iostream>
 #include <opencv2/core/version.hpp>
 #include <string>
 
 #include "commands.h"
+#include "depthservo/text/InputError.h"
 #include "depthservo/text/InterruptWatch.h"
 #include "failure.h"
 #include "refusal.h"
@@ -76,6 +80,13 @@ class Quiet {
   int kept_ = -1;
 };
 
+/// \throw InputError what was printed has not arrived: a full disk behind `> file`
+void requireWritten() {
+  if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  throw InputError({"standard output", 0, ""},
+                   fmt::format("cannot be written: {}", std::strerror(errno)));
+}
+
 int run(int argc, char** argv) {
   CLI::App app{kExamples, "depthservo"};
   app.set_version_flag("--version", versions());
@@ -89,10 +100,13 @@ int run(int argc, char** argv) {
         "--quiet", [&quiet] { quiet.begin(); }, "No words on stderr but why it failed");
   }
   try {
-    app.parse(argc, argv);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::Success& success) {
+      exitCode = app.exit(success);
+    }
+    requireWritten();
     return exitCode;
-  } catch (const CLI::Success& success) {
-    return app.exit(success);
   } catch (const CLI::ParseError& error) {
     quiet.end();
     fmt::print(stderr, "depthservo: {}\n", refusal(app, error, {argv + 1, argv + argc}));
@@ -115,5 +129,6 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   // Data and words may go to the same file: whole lines, in their order.
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit for files is an error of writing, not the end
   return depthservo::run(argc, argv);
 }

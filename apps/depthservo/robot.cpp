@@ -121,7 +121,7 @@ void addRobot(CLI::App& app, int& exitCode) {
       ->type_name("FIFO");
   command->add_flag("--lockstep", a->server.isLockstep,
                     "Wait for the command of every image, whatever the time; the same every time");
-  command->add_option("--log", a->server.log, "CSV of what is true, by row of odometry")
+  command->add_option("--log", a->server.log, "CSV of what is true, by row of odometry; must not exist")
       ->type_name("FILE");
   command
       ->add_option("--wait", a->server.wait_s,

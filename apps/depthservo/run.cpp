@@ -11,6 +11,7 @@
 #include "View.h"
 #include "commands.h"
 #include "depthservo/experiments/SweepFolder.h"
+#include "depthservo/experiments/expectation.h"
 #include "depthservo/report/Metrics.h"
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/text/InputError.h"
@@ -65,9 +66,15 @@ std::string verdict(const RunLog& log, const Metrics& metrics) {
   return text;
 }
 
-int exitCodeOf(const Scenario& scenario, Outcome outcome) {
-  if (scenario.expect) return outcome == scenario.expect->outcome ? kMet : kNotMet;
-  return outcome == Outcome::converged || outcome == Outcome::timeout ? kMet : kOtherOutcome;
+/// Says what was not as expected.
+int exitCodeOf(const Scenario& scenario, const RunLog& log, const Metrics& metrics) {
+  if (scenario.expect) {
+    const std::vector<std::string> differences = unmet(scenario, log, metrics);
+    for (const std::string& difference : differences) fmt::print(stderr, "{}\n", difference);
+    return differences.empty() ? kMet : kNotMet;
+  }
+  const bool isUsual = log.outcome == Outcome::converged || log.outcome == Outcome::timeout;
+  return isUsual ? kMet : kOtherOutcome;
 }
 
 /// That of a row of a sweep; says what the sweep has of it.
@@ -115,12 +122,7 @@ int runScenario(const RunArguments& arguments) {
   printTags(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
   if (arguments.json) fmt::print("{}\n", toJson(log, metrics));
-
-  const int exitCode = exitCodeOf(scenario, log.outcome);
-  if (exitCode == kNotMet) {
-    fmt::print(stderr, "expected {}\n", toString(scenario.expect->outcome));
-  }
-  return exitCode;
+  return exitCodeOf(scenario, log, metrics);
 }
 
 }  // namespace

@@ -36,11 +36,13 @@ fs::path shippedFolder(const fs::path& kind) {
 std::vector<std::string> namesIn(const fs::path& folder) {
   std::error_code error;
   std::vector<std::string> names;
+  if (folder.empty()) return names;  // nothing is shipped
   for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end;
        it.increment(error)) {
     if (it->path().extension() != ".yaml") continue;
     names.push_back(it->path().lexically_relative(folder).replace_extension().string());
   }
+  if (error) throw InputError({folder.string(), 0, ""}, "cannot be read: " + error.message());
   std::sort(names.begin(), names.end());
   return names;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 
 #include "Interruption.h"
@@ -115,7 +116,13 @@ struct MergeArguments {
 
 int merge(const MergeArguments& a) {
   mergeSweeps({a.shards.begin(), a.shards.end()}, a.out);
-  writeSweepReport(a.out, true);
+  try {
+    writeSweepReport(a.out, true);
+  } catch (...) {
+    std::error_code ignored;
+    std::filesystem::remove_all(a.out, ignored);  // which was not there before
+    throw;
+  }
   return tellResults(a.out, a.json);
 }
 

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "depthservo/depth/ObserverStep.h"
+#include "motion/DecimalPoint.h"
 
 namespace depthservo {
 namespace {
@@ -18,6 +19,7 @@ void requirePositive(double value, const char* name) {
 }
 
 std::string number(double value) {
+  const DecimalPoint point;
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", value);
   return text;

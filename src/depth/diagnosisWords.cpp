@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "depthservo/depth/ConsistencyMonitor.h"
+#include "motion/DecimalPoint.h"
 
 namespace depthservo {
 namespace {
@@ -85,6 +86,7 @@ std::string ConsistencyMonitor::Diagnosis::message() const {
   const Words& words = wordsOf(cause);
   const bool isLittleNoise = cause == Cause::noise && !(size > 1);
   const char* const sentence = isLittleNoise ? kLittleNoise : words.sentence;
+  const DecimalPoint point;
   char text[256];
   if (cause == Cause::none) {
     std::snprintf(text, sizeof text, sentence, meanNis, values);

@@ -10,7 +10,7 @@
 
 #include "depthservo/report/Metrics.h"
 #include "depthservo/text/InputError.h"
-#include "report/RunFiles.h"
+#include "depthservo/text/NewFolder.h"
 
 namespace depthservo {
 namespace {
@@ -75,7 +75,7 @@ void Baseline::save(const std::filesystem::path& file) const {
   for (const auto& [figure, value] : figures_) figures[figure] = value;
   const nlohmann::ordered_json json{
       {"name", name_}, {"tolerance", tolerance_}, {"figures", figures}};
-  writeFile(file, json.dump(2) + "\n");
+  replaceFile(file, json.dump(2) + "\n");
 }
 
 std::vector<Baseline::Difference> Baseline::differences(const Baseline& now) const {

@@ -9,6 +9,7 @@
 #include "depthservo/report/RunFolder.h"
 #include "depthservo/scenario/run.h"
 #include "depthservo/text/InputError.h"
+#include "depthservo/text/NewFolder.h"
 #include "experiments/SweepTable.h"
 #include "experiments/sweepDrawings.h"
 #include "experiments/sweepMetrics.h"
@@ -22,17 +23,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kListedWorst = 12;
 constexpr double kPictureWidth_px = 1180;
-
-/// Replaces a file at once: whoever is killed leaves the old one.
-void replaceFile(const fs::path& file, const std::string& text) {
-  const fs::path part = file.string() + ".part";
-  std::ofstream stream(part, std::ios::binary);
-  stream << text;
-  stream.close();
-  std::error_code error;
-  if (stream) fs::rename(part, file, error);
-  if (!stream || error) throw InputError({file.string(), 0, ""}, "cannot be written");
-}
 
 std::string worstFolder(const SweepResult& result) {
   return fmt::format("worst/row-{}", result.row);
@@ -206,9 +196,12 @@ void repeatWorst(const SweepTable& table, const fs::path& folder) {
   const auto most = static_cast<std::size_t>(table.sweep().options().worst);
   for (const std::size_t i : table.worst(most)) {
     const fs::path place = folder / worstFolder(table.results()[i]);
-    std::error_code ignored;
-    if (fs::exists(place, ignored)) continue;
-    fs::create_directories(place.parent_path());
+    std::error_code error;
+    if (fs::exists(place, error)) continue;
+    fs::create_directories(place.parent_path(), error);
+    if (error) {
+      throw InputError({place.string(), 0, ""}, "cannot be written: " + error.message());
+    }
     writeRunFolder(run(table.sweep().scenario(table.row(i))), place);
   }
 }

@@ -7,6 +7,7 @@
 
 #include "depthservo/visp/using.h"
 #include "features/hasStatedDepth.h"
+#include "motion/DecimalPoint.h"
 
 namespace depthservo {
 namespace {
@@ -16,6 +17,7 @@ void displayDepth(const DepthEstimate& estimate, const vpCameraParameters& cam,
                   const vpImage<Pixel>& I, const vpColor& color) {
   vpImagePoint point;
   vpMeterPixelConversion::convertPoint(cam, estimate.x, estimate.y, point);
+  const DecimalPoint decimal;
   char text[64];
   std::snprintf(text, sizeof text, "%.2f +- %.2f m", estimate.Z(), 2 * estimate.sigma_Z());
   vpDisplay::displayText(I, point + vpImagePoint(-10, 10), text, color);

@@ -22,6 +22,14 @@ constexpr double kMostOffset_s = 2, kOffsetStep_s = 0.05, kFineStep_s = 0.01;
 /// this share of the NIS that the motion as given has.
 constexpr double kMostRejected = 0.1, kMostNis = 0.3;
 
+/// Odometry as it would be if a usual mistake had been made.
+struct MotionSuspect {
+  Cause cause;       // frame, clock, unit or poseConvention
+  double size = 0;   // see Cause
+  std::string what;  // "the twists are in robot axes (x forward, y left, z up)"
+  std::vector<OdometryRow> rows;
+};
+
 /// Columns: where x, y, z of a robot (x forward, y left, z up) are in the camera's frame.
 Eigen::Matrix3d cameraRrobot() {
   Eigen::Matrix3d R;
@@ -128,8 +136,6 @@ std::string suspectNoise(const RunLog& log, const ObservationOptions& options,
   return "";
 }
 
-}  // namespace
-
 std::vector<MotionSuspect> suspectTwists(const std::vector<OdometryRow>& rows) {
   const Eigen::Matrix3d R = cameraRrobot();
   static constexpr double kDegree = M_PI / 180;
@@ -188,10 +194,23 @@ std::vector<MotionSuspect> suspectPoses(const std::vector<CameraPose>& poses) {
   };
 }
 
-void explainMotion(RunLog& log, const ObservationOptions& options,
-                   const std::vector<OdometryRow>& rows,
-                   const std::vector<MotionSuspect>& suspects) {
-  if (!log.diagnosis || log.diagnosis->latest.cause != Cause::motion || rows.empty()) return;
+bool isUnexplained(const RunLog& log) {
+  return log.diagnosis && log.diagnosis->latest.cause == Cause::motion && !log.frames.empty();
+}
+
+/// Those that the images of a trial need, with any clock that is tried: of an hour of odometry a
+/// minute.
+std::vector<OdometryRow> rowsToTry(const RunLog& log, const std::vector<OdometryRow>& rows) {
+  constexpr double kSlack_s = 1;  // for a row that holds
+  const double last_s = log.frames[std::min(kMostFrames, log.frames.size()) - 1].time_s;
+  const auto end = std::find_if(rows.begin(), rows.end(), [&](const OdometryRow& row) {
+    return row.time_s > last_s + kMostOffset_s + kSlack_s;
+  });
+  return {rows.begin(), end};
+}
+
+void explain(RunLog& log, const ObservationOptions& options, const std::vector<OdometryRow>& rows,
+             const std::vector<MotionSuspect>& suspects) {
   const Trial trial(log, options);
   const ConsistencyMonitor::Total given = trial.judge(rows);
   std::optional<MotionSuspect> best;
@@ -223,6 +242,22 @@ void explainMotion(RunLog& log, const ObservationOptions& options,
   log.diagnosis->explanation =
       fmt::format("They are explained if {}: then {:.1f} % are rejected (now {:.0f} %)", best->what,
                   100 * bestTotal.rejectedShare(), 100 * given.rejectedShare());
+}
+
+}  // namespace
+
+void explainMotion(RunLog& log, const ObservationOptions& options,
+                   const std::vector<OdometryRow>& rows) {
+  if (!isUnexplained(log) || rows.empty()) return;
+  const std::vector<OdometryRow> tried = rowsToTry(log, rows);
+  explain(log, options, tried, suspectTwists(tried));
+}
+
+void explainMotion(RunLog& log, const ObservationOptions& options,
+                   const std::vector<CameraPose>& poses) {
+  if (!isUnexplained(log)) return;
+  const std::vector<OdometryRow> rows = odometryFromPoses(poses);
+  if (!rows.empty()) explain(log, options, rows, suspectPoses(poses));
 }
 
 }  // namespace depthservo

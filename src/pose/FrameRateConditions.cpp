@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "motion/DecimalPoint.h"
+
 namespace depthservo {
 namespace {
 
@@ -13,6 +15,7 @@ const double kC = 3 - std::sqrt(5.0);  // the paper's 3 - sqrt(5), twice the sma
 
 void require(bool holds, const char* what, double value) {
   if (!holds) {
+    const DecimalPoint point;
     throw std::invalid_argument(std::string(what) + ", got " + std::to_string(value));
   }
 }

@@ -14,7 +14,6 @@
 #include "report/EmbeddedReport.h"
 #include "report/Html.h"
 #include "report/PageData.h"
-#include "report/RunFiles.h"
 #include "report/headline.h"
 #include "sequence/GrayImage.h"
 #include "text/TextFile.h"
@@ -132,16 +131,7 @@ std::string pageOf(const fs::path& folder) {
 }  // namespace
 
 void writeReport(const fs::path& runFolder) {
-  const fs::path partial = runFolder / ".report.html";
-  try {
-    writeFile(partial, pageOf(runFolder));
-    fs::rename(partial, runFolder / "report.html");
-  } catch (const fs::filesystem_error& error) {
-    std::error_code ignored;
-    fs::remove(partial, ignored);
-    throw InputError({(runFolder / "report.html").string(), 0, ""},
-                     "cannot be written: " + error.code().message());
-  }
+  replaceFile(runFolder / "report.html", pageOf(runFolder));
 }
 
 void writeReportOfTwo(const fs::path& one, const fs::path& other, const fs::path& file) {

@@ -5,7 +5,7 @@
 
 #include <cctype>
 
-#include "depthservo/text/InputError.h"
+#include "depthservo/text/NewFolder.h"
 
 namespace depthservo {
 namespace {
@@ -44,10 +44,12 @@ std::string headerLine(const std::vector<std::string>& columns) {
 }
 
 OutputFile::OutputFile(std::filesystem::path file)
-    : file_(std::move(file)), stream_(file_, std::ios::binary), isOpen_(stream_.is_open()) {}
+    : file_(std::move(file)), stream_(file_, std::ios::binary) {
+  if (!stream_) throw notWritten(file_);
+}
 
 OutputFile::~OutputFile() {
-  if (!isOpen_ || isWhole_) return;  // what could not be opened may be someone else's
+  if (isWhole_) return;
   std::error_code ignored;
   stream_.close();
   std::filesystem::remove(file_, ignored);
@@ -55,11 +57,12 @@ OutputFile::~OutputFile() {
 
 void OutputFile::write(std::string_view text) {
   stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
+  if (!stream_) throw notWritten(file_);
 }
 
 void OutputFile::close() {
   stream_.close();
-  if (!stream_) throw InputError({file_.string(), 0, ""}, "cannot be written");
+  if (!stream_) throw notWritten(file_);
   isWhole_ = true;
 }
 

@@ -21,19 +21,20 @@ std::string headerLine(const std::vector<std::string>& columns);
 /// A file that is written bit by bit, and is gone again unless it was written whole.
 class OutputFile {
  public:
+  /// \throw InputError naming it: it cannot be opened
   explicit OutputFile(std::filesystem::path file);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  void write(std::string_view text);
   /// \throw InputError naming it: not all could be written
+  void write(std::string_view text);
   void close();
 
  private:
   std::filesystem::path file_;
   std::ofstream stream_;
-  bool isOpen_, isWhole_ = false;
+  bool isWhole_ = false;
 };
 
 /// Writes a file, or leaves none. \throw InputError naming it

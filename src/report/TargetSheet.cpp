@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 
 #include "depthservo/text/NewFolder.h"
@@ -54,9 +55,9 @@ std::string titleOf(const SequenceTarget& seen) {
 
 class Page {
  public:
-  Page(const Paper& paper, const std::string& file)
-      : surface_(cairo_pdf_surface_create(file.c_str(), paper.width * kPerMetre,
-                                          paper.height * kPerMetre),
+  explicit Page(const Paper& paper)
+      : surface_(cairo_pdf_surface_create_for_stream(append, &pdf_, paper.width * kPerMetre,
+                                                     paper.height * kPerMetre),
                  cairo_surface_destroy),
         cairo_(cairo_create(surface_.get()), cairo_destroy) {
     // The day of printing would be another byte every day.
@@ -115,18 +116,26 @@ class Page {
     cairo_show_text(cairo_.get(), words.c_str());
   }
 
-  bool finish() {
+  /// The PDF. (Left to write a file, cairo does not say when its end is missing.)
+  std::string finish() {
     cairo_show_page(cairo_.get());
     cairo_surface_finish(surface_.get());
-    return cairo_status(cairo_.get()) == CAIRO_STATUS_SUCCESS &&
-           cairo_surface_status(surface_.get()) == CAIRO_STATUS_SUCCESS;
+    for (const auto status : {cairo_status(cairo_.get()), cairo_surface_status(surface_.get())}) {
+      if (status != CAIRO_STATUS_SUCCESS) throw std::runtime_error(cairo_status_to_string(status));
+    }
+    return std::move(pdf_);
   }
 
  private:
+  static cairo_status_t append(void* pdf, const unsigned char* bytes, unsigned count) {
+    static_cast<std::string*>(pdf)->append(reinterpret_cast<const char*>(bytes), count);
+    return CAIRO_STATUS_SUCCESS;
+  }
   static bool isBlack(const GrayPatch& patch, int row, int column) {
     return patch.gray[static_cast<std::size_t>(row * patch.columns + column)] < 128;
   }
 
+  std::string pdf_;
   std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> surface_;
   std::unique_ptr<cairo_t, void (*)(cairo_t*)> cairo_;
 };
@@ -143,9 +152,8 @@ void requireFit(const SequenceTarget& seen, const Paper& paper) {
                                std::floor(scale * 1000) / 1000));
 }
 
-/// False: it could not be written.
-bool draw(const SequenceTarget& seen, const Paper& paper, const std::string& file) {
-  Page page(paper, file);
+std::string pdfOf(const SequenceTarget& seen, const Paper& paper) {
+  Page page(paper);
   page.moveOrigin(paper.width / 2, (paper.height - kFoot) / 2);
   if (seen.tags) {
     const AprilTagTarget::Tag& tag = seen.tags->tags.front();
@@ -190,7 +198,7 @@ DotTarget dotGrid(int columns, int rows, double width, double radius) {
 void writeTargetSheet(const SequenceTarget& seen, const Paper& paper, const std::string& file) {
   requireNewFile(file);
   requireFit(seen, paper);
-  makeFile(file, [&](const std::string& temporary) { return draw(seen, paper, temporary); });
+  makeFile(file, pdfOf(seen, paper));
 }
 
 std::string targetYaml(const SequenceTarget& seen) {

@@ -252,7 +252,7 @@ RunLog live(const LiveOptions& options, ImageSource& images, TwistSource* twists
   log.command = "live";
   log.name = options.name;
   log.configuration = configurationOf(rig.options());
-  explainMotion(log, rig.options(), log.odometry, suspectTwists(log.odometry));
+  explainMotion(log, rig.options(), log.odometry);
   log.events.push_back({rig.time(), log.reason});
   return log;
 }

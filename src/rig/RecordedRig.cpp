@@ -141,10 +141,9 @@ RunLog replay(const Sequence& sequence, const ObservationOptions& options, RunWa
   log.name = sequence.name();
   log.configuration = configurationOf(rig.options());
   if (rig.options().motion == MotionSource::twist) {
-    explainMotion(log, rig.options(), sequence.odometry(), suspectTwists(sequence.odometry()));
+    explainMotion(log, rig.options(), sequence.odometry());
   } else if (rig.options().motion == MotionSource::groundtruth) {
-    explainMotion(log, rig.options(), odometryFromPoses(sequence.poses()),
-                  suspectPoses(sequence.poses()));
+    explainMotion(log, rig.options(), sequence.poses());
   }
   return log;
 }

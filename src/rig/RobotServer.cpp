@@ -12,6 +12,7 @@
 #include "depthservo/rig/SimulatedRig.h"
 #include "depthservo/sequence/CommandStream.h"
 #include "depthservo/sequence/SequenceWriter.h"
+#include "depthservo/text/NewFolder.h"
 #include "robots/limits.h"
 #include "sequence/ImagePipe.h"
 #include "sequence/PipeWriter.h"
@@ -60,6 +61,7 @@ struct RobotServer::Parts : Rig::Listener {
         commands(o.command, braking.size()),
         command(Eigen::VectorXd::Zero(braking.size())) {
     if (o.log.empty()) return;
+    requireNewFile(o.log);
     log.open(o.log);
     log << "timestamp,x,y,theta";
     for (const std::string& name : rig.robot()->velocityNames()) log << ',' << shortName(name);
@@ -67,7 +69,7 @@ struct RobotServer::Parts : Rig::Listener {
       log << ",commanded_" << shortName(name);
     }
     log << ",expired\n";
-    if (!log) throw InputError({o.log, 0, ""}, "cannot be written");
+    if (!log) throw notWritten(o.log);
   }
 
   bool isStopped() const { return options.stop && *options.stop; }
@@ -278,6 +280,8 @@ void RobotServer::Parts::serve() {
 RobotServerReport RobotServer::run() {
   Parts& p = *parts_;
   p.serve();
+  if (p.log.is_open()) p.log.close();
+  if (!p.log) throw notWritten(p.options.log);
   FrameRecord end;
   p.rig.describe(end);
   p.report.pose = end.robotPose;

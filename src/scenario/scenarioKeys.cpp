@@ -13,6 +13,28 @@ std::vector<detail::Choice<Outcome>> outcomes() {
   return all;
 }
 
+std::vector<detail::Choice<std::optional<ConsistencyMonitor::Cause>>> causes() {
+  std::vector<detail::Choice<std::optional<ConsistencyMonitor::Cause>>> all{{std::nullopt, "any"}};
+  for (int i = 0; i <= static_cast<int>(ConsistencyMonitor::Cause::noData); ++i) {
+    const auto cause = static_cast<ConsistencyMonitor::Cause>(i);
+    all.push_back({cause, ConsistencyMonitor::toString(cause)});
+  }
+  return all;
+}
+
+void describe(detail::Fields& f, Scenario::Expect& e) {
+  f.choice({"outcome", "what the run must end with; exit code 0 or 1", detail::kRequired},
+           e.outcome, outcomes());
+  f.number({"coverage", "share of the depths claimed (converging or valid) whose inverse is within "
+                        "2 sigma of the true one, at least; met where none is claimed"},
+           e.coverage, {0, 1}, "");
+  f.numbers({"valid", "number of points whose depth is valid at the end: [at least, at most]"},
+            e.valid, {0, 1000}, "");
+  f.choice({"diagnosis", "cause that must be named at the end; none: no fault"}, e.diagnosis,
+           causes());
+  f.flag({"at_rest", "whether the last command must be zero"}, e.at_rest);
+}
+
 }  // namespace
 
 void describe(detail::Fields& f, Scenario& s) {
@@ -34,11 +56,8 @@ void describe(detail::Fields& f, Scenario& s) {
   section({"odometry", "what the estimator is told of the camera's motion"}, s.odometry);
   section({"depth", "how depth is observed", kRequired}, s.depth);
   section({"control", "how the robot is steered"}, s.control);
-  f.section({"expect", "makes the run a regression test"}, s.expect,
-            [](detail::Fields& fields, Scenario::Expect& expected) {
-              fields.choice({"outcome", "what the run must end with; exit code 0 or 1", kRequired},
-                            expected.outcome, outcomes());
-            });
+  f.section({"expect", "makes the run a regression test: all of it must be met"}, s.expect,
+            [](detail::Fields& fields, Scenario::Expect& expected) { describe(fields, expected); });
 }
 
 }  // namespace depthservo

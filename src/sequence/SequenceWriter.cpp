@@ -154,59 +154,48 @@ std::vector<LawCommand> readLawCommands(const std::string& file,
   return commands;
 }
 
-SequenceWriter::SequenceWriter(const std::string& folder) : folder_(folder) {
-  std::error_code error;
+namespace {
+
+const std::string& named(const std::string& folder) {
   if (folder.empty()) throw InputError({"(no name)", 0, ""}, "a sequence needs a folder");
-  if (fs::exists(fs::symlink_status(folder, error))) {
-    throw InputError({folder, 0, ""}, "exists already; choose another name or remove it");
-  }
-  fs::path target = fs::absolute(folder).lexically_normal();
-  if (!target.has_filename()) target = target.parent_path();
-  folder_ = target.string();
-  std::string temporary = (target.parent_path() / ("." + target.filename().string() + ".XXXXXX"));
-  if (!mkdtemp(temporary.data())) {
-    throw InputError({folder, 0, ""}, fmt::format("cannot be written: {}", std::strerror(errno)));
-  }
-  temporary_ = temporary;
-  fs::create_directory(fs::path(temporary_) / "rgb", error);
-  const mode_t mask = umask(0);  // the only way to ask for it
-  umask(mask);
-  fs::permissions(temporary_, fs::perms(0777 & ~mask), error);
+  return folder;
 }
 
-SequenceWriter::~SequenceWriter() {
-  if (temporary_.empty()) return;
-  files_.clear();
+}  // namespace
+
+SequenceWriter::SequenceWriter(const std::string& folder) : folder_(named(folder)), made_(folder_) {
   std::error_code error;
-  fs::remove_all(temporary_, error);
+  if (!fs::create_directory(made_.path() / "rgb", error)) {
+    throw InputError({folder, 0, ""}, "cannot be written: " + error.message());
+  }
 }
+
+SequenceWriter::~SequenceWriter() = default;
 
 std::ofstream& SequenceWriter::file(const std::string& name, const std::string& header) {
   const auto [it, isNew] = files_.try_emplace(name);
   if (isNew) {
-    it->second.open(fs::path(temporary_) / name, std::ios::binary);
+    it->second.open(made_.path() / name, std::ios::binary);
     it->second << header;
-    check(it->second, name);
   }
+  check(it->second, name);
   return it->second;
 }
 
 void SequenceWriter::check(const std::ofstream& out, const std::string& name) const {
-  if (!out) {
-    throw InputError({(fs::path(folder_) / name).string(), 0, ""},
-                     fmt::format("cannot be written: {}", std::strerror(errno)));
-  }
+  if (!out) throw notWritten(fs::path(folder_) / name);
 }
 
 void SequenceWriter::addImage(double time_s, const DEPTHSERVO_VISP vpImage<unsigned char>& image) {
-  watch_.stopIfInterrupted();
+  made_.stopIfInterrupted();
   const std::string name = fmt::format("rgb/{:06}.png", ++images_);
   constexpr int kFastCompression = 1;
   const std::string bytes = detail::pngOf(
       image.bitmap, {static_cast<int>(image.getWidth()), static_cast<int>(image.getHeight())},
       kFastCompression);
-  std::ofstream out(fs::path(temporary_) / name, std::ios::binary);
+  std::ofstream out(made_.path() / name, std::ios::binary);
   out << bytes;
+  check(out, name);
   out.close();
   check(out, name);
   file("rgb.txt", "# timestamp path\n") << timeText(time_s) << ' ' << name << '\n';
@@ -227,7 +216,7 @@ void SequenceWriter::addOdometry(double time_s, const Twist& twist) {
 }
 
 void SequenceWriter::addPose(double time_s, const Eigen::Isometry3d& wMc) {
-  watch_.stopIfInterrupted();
+  made_.stopIfInterrupted();
   std::ofstream& out = file("groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n");
   const Eigen::Quaterniond q(wMc.linear());
   out << timeText(time_s);
@@ -246,7 +235,7 @@ void SequenceWriter::addCommand(const LawCommand& command,
 /// What has a folder of its own.
 void SequenceWriter::writeBelow(const SequenceSettings& settings) const {
   if (settings.taught) {
-    SequenceWriter taught((fs::path(temporary_) / kTaughtFolder).string());
+    SequenceWriter taught((made_.path() / kTaughtFolder).string());
     taught.addImage(0, settings.taught->image);
     int id = 0;
     for (const Eigen::Vector2d& p : settings.taught->points) {
@@ -255,7 +244,7 @@ void SequenceWriter::writeBelow(const SequenceSettings& settings) const {
     taught.finish({kTaughtFolder, settings.camera, {}, {}, ""});
   }
   if (settings.goal.empty()) return;
-  SequenceWriter goal((fs::path(temporary_) / kGoalFolder).string());
+  SequenceWriter goal((made_.path() / kGoalFolder).string());
   for (std::size_t i = 0; i < settings.goal.size(); ++i) {
     goal.addTrack(0, settings.goal[i]);
     goal.addTruth(0, {settings.goal[i].id, settings.goalZ[i]});
@@ -264,7 +253,11 @@ void SequenceWriter::writeBelow(const SequenceSettings& settings) const {
 }
 
 void SequenceWriter::finish(const SequenceSettings& settings) {
-  writeBelow(settings);
+  try {
+    writeBelow(settings);
+  } catch (const InputError& error) {
+    throw made_.named(error);
+  }
   if (!settings.robot.empty()) file("robot.yaml", settings.robot);
   file("camera.yaml", cameraInfo(settings.camera));
   file("sequence.yaml", sequenceYaml(settings));
@@ -273,15 +266,9 @@ void SequenceWriter::finish(const SequenceSettings& settings) {
     check(out, name);
   }
   files_.clear();
-  watch_.stopIfInterrupted();
   std::error_code error;
-  if (images_ == 0) fs::remove(fs::path(temporary_) / "rgb", error);
-  if (fs::exists(fs::symlink_status(folder_, error))) {
-    throw InputError({folder_, 0, ""}, "exists already; choose another name or remove it");
-  }
-  fs::rename(temporary_, folder_, error);
-  if (error) throw InputError({folder_, 0, ""}, "cannot be written: " + error.message());
-  temporary_.clear();
+  if (images_ == 0) fs::remove(made_.path() / "rgb", error);
+  made_.keep();
 }
 
 }  // namespace depthservo

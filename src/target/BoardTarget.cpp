@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "motion/DecimalPoint.h"
 #include "target/arucoDictionary.h"
 
 namespace depthservo {
@@ -82,6 +83,7 @@ std::string BoardTarget::objection() const {
   constexpr double kLeastMarker = 0.3, kMostMarker = 0.95;  // of a square
   const double share = markers->size / *square;
   if (!(share >= kLeastMarker && share <= kMostMarker)) {
+    const DecimalPoint point;
     return "the side of a marker is 0.3 to 0.95 of that of a square, not " + std::to_string(share);
   }
   const int printed = arucoMarkerCount(markers->dictionary);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "motion/DecimalPoint.h"
 #include "text/Names.h"
 #include "text/TextFile.h"
 
@@ -147,6 +148,7 @@ inline void Fields::quaternion(const Key& key, Eigen::Quaterniond& value) {
   numbers(key, value.coeffs(), {-1.1, 1.1}, "");
   const double norm = value.norm();
   if (!(std::abs(norm - 1) < kMostOff)) {
+    const DecimalPoint point;
     refuse(key, "[qx, qy, qz, qw] has the norm " + std::to_string(norm) + ", expected 1");
   }
   value.normalize();

@@ -76,8 +76,9 @@ void RobotPair::teach(const std::string& goalPose, const std::string& how) {
   ASSERT_EQ(taught.exitCode, 0) << taught.err;
 }
 
-pid_t RobotPair::launch(const std::string& command, const std::string& name) const {
-  const std::string line = "exec " + std::string(DEPTHSERVO_TOOL) + " " + command + " >" +
+pid_t RobotPair::launch(const std::string& command, const std::string& name,
+                        const std::string& environment) const {
+  const std::string line = "exec env " + environment + " " + std::string(DEPTHSERVO_TOOL) + " " + command + " >" +
                            path(name + ".json") + " 2>" + path(name + ".err") + " </dev/null";
   const pid_t id = fork();
   if (id == 0) {
@@ -112,7 +113,7 @@ void RobotPair::start(const std::string& servoOptions, bool isLockstep) {
   servo_ = launch("servo --goal " + path("goal") + " --robot " + path("robot.yaml") + lockstep +
                       " --json --source " + im + " --twist " + tw + " --command " + co + " " +
                       servoOptions,
-                  "servo");
+                  "servo", servoEnvironment);
 }
 
 /// Copies pieces from one pipe to another until its reader or its writer has gone.

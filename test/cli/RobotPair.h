@@ -30,6 +30,7 @@ class RobotPair {
   void writeRobot(const std::string& yaml) { folder_.write("robot.yaml", yaml); }
 
   Tap images, twists, commands;  ///< none: as they come
+  std::string servoEnvironment;  ///< "NAME=value" before the servo's command
 
   void start(const std::string& servoOptions, bool isLockstep = false);
   void killServo(int signal) { kill(servo_, signal); }
@@ -65,7 +66,8 @@ class RobotPair {
   std::string fileText(const std::string& name) const { return folder_.read(name); }
 
  private:
-  pid_t launch(const std::string& command, const std::string& name) const;
+  pid_t launch(const std::string& command, const std::string& name,
+               const std::string& environment = "") const;
   void kill(pid_t id, int signal);
   void relay(const std::string& from, const std::string& to, bool isImages, const Tap& tap);
   void keep(const std::string& line);

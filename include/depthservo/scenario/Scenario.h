@@ -1,10 +1,12 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "depthservo/depth/ConsistencyMonitor.h"
 #include "depthservo/observation/EstimatorOptions.h"
 #include "depthservo/observation/RunLog.h"
 #include "depthservo/rig/SimulatedRigOptions.h"
@@ -17,6 +19,10 @@ namespace depthservo {
 struct Scenario : SimulatedRigOptions {
   struct Expect {
     Outcome outcome = Outcome::converged;  ///< what the run must end with
+    std::optional<double> coverage;        ///< least share of the depths claimed within 2 sigma [-]
+    std::optional<Eigen::Vector2d> valid;  ///< points with a valid depth at the end, from to
+    std::optional<ConsistencyMonitor::Cause> diagnosis;  ///< what must be named
+    bool at_rest = false;                                ///< the last command is zero
   };
 
   std::string file;  ///< where it was read; not a key

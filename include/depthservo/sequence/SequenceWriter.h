@@ -13,7 +13,7 @@
 #include "depthservo/motion/Twist.h"
 #include "depthservo/sequence/Sequence.h"
 #include "depthservo/target/DotTarget.h"
-#include "depthservo/text/InterruptWatch.h"
+#include "depthservo/text/NewFolder.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
@@ -82,8 +82,8 @@ class DEPTHSERVO_API SequenceWriter {
   void check(const std::ofstream& out, const std::string& name) const;
   void writeBelow(const SequenceSettings& settings) const;
 
-  InterruptWatch watch_;
-  std::string folder_, temporary_;  // temporary_ is empty once finished
+  std::string folder_;
+  NewFolder made_;
   std::map<std::string, std::ofstream> files_;
   std::size_t images_ = 0;
 };
