@@ -116,13 +116,6 @@ struct MergeArguments {
 
 int merge(const MergeArguments& a) {
   mergeSweeps({a.shards.begin(), a.shards.end()}, a.out);
-  try {
-    writeSweepReport(a.out, true);
-  } catch (...) {
-    std::error_code ignored;
-    std::filesystem::remove_all(a.out, ignored);  // which was not there before
-    throw;
-  }
   return tellResults(a.out, a.json);
 }
 

@@ -20,7 +20,7 @@ using Phase = FilterPoint::Phase;
 /// in the motion itself and would pass for a latency (errors in variables). A change far beyond the
 /// noise, as when a robot sets off, is followed at once.
 constexpr double kSteady_s = 0.5;
-constexpr double kFarBeyond = 8;  // sigma
+constexpr double kFarBeyond = 25;  // sigma
 
 /// An instant is as long [s].
 constexpr double kInstant_s = 1e-3;

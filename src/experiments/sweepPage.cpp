@@ -155,7 +155,9 @@ std::string planSection(const SweepTable& table) {
   return "<section><h2>What was run</h2><dl>\n" + items + "</dl></section>\n";
 }
 
-std::string pageOf(const SweepFolder& folder, const SweepTable& table, const fs::path& place) {
+/// \param named the folder as it will be called
+std::string pageOf(const SweepFolder& folder, const SweepTable& table, const fs::path& place,
+                   const fs::path& named) {
   const SweepOptions& options = table.sweep().options();
   const std::size_t due = folder.shard().sizeOf(table.sweep().size());
   html::Sheet sheet;
@@ -170,7 +172,7 @@ std::string pageOf(const SweepFolder& folder, const SweepTable& table, const fs:
   if (table.results().size() < due) {
     sheet.reason += fmt::format(" {} of {} runs are not done yet.", due - table.results().size(), due);
   }
-  const std::string shown = fs::absolute(place).lexically_normal().filename().string();
+  const std::string shown = fs::absolute(named).lexically_normal().filename().string();
   sheet.body = claimSection(table) + mapSection(table) + curveSection(table) +
                worstSection(table, place, shown) + planSection(table);
   return sheet.page();
@@ -244,7 +246,7 @@ std::string sweepJson(const Sweep& sweep, const std::vector<SweepResult>& result
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 
-void writeSweepReport(const fs::path& place, bool withWorst) {
+void writeSweepReport(const fs::path& place, bool withWorst, const fs::path& named) {
   const SweepFolder folder = SweepFolder::open(place);
   const SweepTable table(folder.sweep(), folder.results());
   replaceFile(place / "runs.csv", sweepCsv(table.sweep(), table.results()));
@@ -252,7 +254,7 @@ void writeSweepReport(const fs::path& place, bool withWorst) {
   if (table.results().empty()) return;
   writePictures(table, place);
   if (withWorst) repeatWorst(table, place);
-  replaceFile(place / "report.html", pageOf(folder, table, place));
+  replaceFile(place / "report.html", pageOf(folder, table, place, named.empty() ? place : named));
 }
 
 }  // namespace depthservo

@@ -193,6 +193,7 @@ void mergeSweeps(const std::vector<fs::path>& shards, const fs::path& folder) {
       fs::rename(entry.path(), place / entry.path().filename());
     }
     fs::remove(inner);
+    writeSweepReport(place, true, folder);
   });
 }
 

@@ -1,14 +1,6 @@
 #include "observation/errorsOf.h"
 
 namespace depthservo {
-namespace {
-
-/// That a source declares no white noise does not say that the robot of a profile has none.
-bool isAny(const OdometryNoise& noise) {
-  return noise.sigma_v > 0 || noise.sigma_w > 0 || noise.relative_v > 0 || noise.relative_w > 0;
-}
-
-}  // namespace
 
 ErrorKind errorKindOf(const ObservationOptions& options) {
   if (options.depth.errors != ErrorKind::automatic) return options.depth.errors;
@@ -40,9 +32,7 @@ std::optional<ErrorProfile> errorsOf(const ObservationOptions& options) {
     default:
       return std::nullopt;
   }
-  if (options.odometryNoise && isAny(*options.odometryNoise)) {
-    profile.odometry = *options.odometryNoise;
-  }
+  if (options.odometryNoise) profile.odometry = *options.odometryNoise;
   if (options.odometryScaleSigma > 0) profile.scale = options.odometryScaleSigma;
   if (options.focalSigma > 0) profile.focal = options.focalSigma;
   return profile;

@@ -14,7 +14,7 @@ namespace depthservo::detail {
 ///
 /// The images are live: of several that wait, the newest is given. Bytes that belong to no image
 /// are left out. It ends when its writer goes away, or is silent for too long.
-class ImagePipe : public ImageSource {
+class DEPTHSERVO_INNER ImagePipe : public ImageSource {
  public:
   /// \throw InputError it cannot be read
   ImagePipe(const std::string& path, const VideoOptions& options);

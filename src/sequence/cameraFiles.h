@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 
 namespace depthservo::detail {
@@ -27,6 +28,6 @@ CameraFile readCamera(const std::string& path);
 CameraFile parseCamera(const std::string& text, const std::string& file);
 
 /// T_BS of any EuRoC sensor.yaml: the sensor in the body. Throws InputError.
-Eigen::Isometry3d readEurocPose(const std::string& path);
+DEPTHSERVO_INNER Eigen::Isometry3d readEurocPose(const std::string& path);
 
 }  // namespace depthservo::detail

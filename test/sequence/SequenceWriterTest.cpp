@@ -145,7 +145,7 @@ TEST_F(SequenceWriterTest, refuses_a_folder_that_exists_before_or_in_the_meantim
 
 TEST_F(SequenceWriterTest, refuses_a_place_that_cannot_be_written) {
   EXPECT_TRUE(isRefusal(inputErrorOf([&] { SequenceWriter(folder_ / "none/s"); }),
-                        {"none/s", "cannot be written"}));
+                        {"none/s", "is not a folder"}));
   EXPECT_TRUE(isRefusal(inputErrorOf([] { SequenceWriter("/proc/s"); }), {"/proc/s"}));
   EXPECT_TRUE(isRefusal(inputErrorOf([] { SequenceWriter(""); }), {"folder"}));
   folder_.write("file", "");

@@ -92,10 +92,13 @@ std::string sweepVerdict(const Sweep& sweep, const std::vector<SweepResult>& res
 std::string sweepJson(const Sweep& sweep, const std::vector<SweepResult>& results);
 
 /// Makes everything in a folder that is made from its results. \param withWorst repeats the worst
-/// runs, each a run folder \throw InputError
-void writeSweepReport(const std::filesystem::path& folder, bool withWorst);
+/// runs, each a run folder \param named what the folder will be called; empty: as it is \throw
+/// InputError
+void writeSweepReport(const std::filesystem::path& folder, bool withWorst,
+                      const std::filesystem::path& named = {});
 
-/// Joins shards of one sweep into a new folder, whole or not at all; each may come several times.
+/// Joins shards of one sweep into a new folder with its report, whole or not at all; each may come
+/// several times.
 /// \throw InputError they are of different sweeps, contradict each other, or lack runs
 void mergeSweeps(const std::vector<std::filesystem::path>& shards,
                  const std::filesystem::path& folder);

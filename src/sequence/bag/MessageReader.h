@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "sequence/bag/ByteSource.h"
 
 namespace depthservo::detail {
@@ -17,7 +18,7 @@ enum class MessageEncoding {
 
 /// Reads the fields of a message in their order. All throw BagFault where the message ends too
 /// early.
-class MessageReader {
+class DEPTHSERVO_INNER MessageReader {
  public:
   MessageReader(std::string_view bytes, MessageEncoding encoding);
 

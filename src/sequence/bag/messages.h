@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "depthservo/api.h"
 #include "depthservo/motion/Twist.h"
 #include "sequence/bag/MessageReader.h"
 
@@ -73,15 +74,16 @@ bool hasHeader(const std::string& type);  ///< of the types here: it begins with
 
 // All throw BagFault: the bytes are no such message, or hold values that none can have.
 MessageHeader readHeader(MessageReader& reader);
-TwistMessage readTwist(MessageReader reader, const std::string& type);
-PoseMessage readPose(MessageReader reader, const std::string& type);
-std::vector<TransformMessage> readTransforms(MessageReader reader);
-CameraInfoMessage readCameraInfo(MessageReader reader);
-MessageHeader readImu(MessageReader reader);
-std::vector<std::string> readJointNames(MessageReader reader, MessageHeader& header);
+DEPTHSERVO_INNER TwistMessage readTwist(MessageReader reader, const std::string& type);
+DEPTHSERVO_INNER PoseMessage readPose(MessageReader reader, const std::string& type);
+DEPTHSERVO_INNER std::vector<TransformMessage> readTransforms(MessageReader reader);
+DEPTHSERVO_INNER CameraInfoMessage readCameraInfo(MessageReader reader);
+DEPTHSERVO_INNER MessageHeader readImu(MessageReader reader);
+DEPTHSERVO_INNER std::vector<std::string> readJointNames(MessageReader reader,
+                                                         MessageHeader& header);
 
 // The first bytes are enough; pixels are left alone.
 ImageMessage readImage(MessageReader reader);
-CompressedImageMessage readCompressedImage(MessageReader reader);
+DEPTHSERVO_INNER CompressedImageMessage readCompressedImage(MessageReader reader);
 
 }  // namespace depthservo::detail
