@@ -9,6 +9,9 @@ namespace {
 /// Translation [m] below which two images are taken from the same place.
 constexpr double kSamePlace = 1e-9;
 
+/// A point so far off the axis, normalised, is beside the camera: 89.99 degrees.
+constexpr double kBeside = 5000;
+
 /// Slack [s] of the least time between kept images: times are sums and differences.
 constexpr double kTimeSlack_s = 1e-6;
 
@@ -68,7 +71,7 @@ void WindowDepthEstimator::reset(const PointMeasurement& measurement, const Dept
 
 WindowDepthEstimator::Prediction WindowDepthEstimator::predictedNow() const {
   const Flow now = flow(sinceNewest_, held_.point);
-  if (!now.ahead) return {held_, false};
+  if (!now.ahead || std::hypot(now.point.x, now.point.y) > kBeside) return {held_, false};
   const Eigen::Matrix3d J = flowJacobian(sinceNewest_, held_.point, now.point);
   const Held next{now.point, J * held_.covariance * J.transpose()};
   if (!next.covariance.allFinite()) return {held_, false};
