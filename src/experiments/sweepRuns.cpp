@@ -136,22 +136,27 @@ class Finished {
   std::exception_ptr why_;
 };
 
+/// Does the work for 0..count-1, one at a time to each thread.
+void inParallel(std::size_t count, const std::function<void(std::size_t)>& work) {
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, count, 1),
+      [&](const tbb::blocked_range<std::size_t>& range) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i) work(i);
+      },
+      tbb::simple_partitioner());
+}
+
 void runAll(const Sweep& sweep, const std::vector<std::size_t>& rows, int jobs,
             const std::function<bool()>& isStopped, Finished& finished) {
   std::exception_ptr why;
   try {
     tbb::task_arena arena(jobs > 0 ? jobs : tbb::task_arena::automatic);
     arena.execute([&] {
-      tbb::parallel_for(
-          tbb::blocked_range<std::size_t>(0, rows.size(), 1),
-          [&](const tbb::blocked_range<std::size_t>& range) {
-            for (std::size_t i = range.begin(); i != range.end(); ++i) {
-              if (isStopped()) return;
-              SweepResult result = runRow(sweep, rows[i], isStopped);
-              if (!result.outcome.empty()) finished.add(std::move(result));
-            }
-          },
-          tbb::simple_partitioner());
+      inParallel(rows.size(), [&](std::size_t i) {
+        if (isStopped()) return;
+        SweepResult result = runRow(sweep, rows[i], isStopped);
+        if (!result.outcome.empty()) finished.add(std::move(result));
+      });
     });
   } catch (...) {
     why = std::current_exception();
@@ -168,14 +173,9 @@ SweepResult runRow(const Sweep& sweep, std::size_t row, const std::function<bool
 std::vector<SweepResult> runRows(const Sweep& sweep, const std::vector<std::size_t>& rows,
                                  const std::vector<std::string>& overrides) {
   std::vector<SweepResult> results(rows.size());
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, rows.size(), 1),
-      [&](const tbb::blocked_range<std::size_t>& range) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
-          results[i] = resultOf(sweep, rows[i], overrides, [] { return false; });
-        }
-      },
-      tbb::simple_partitioner());
+  inParallel(rows.size(), [&](std::size_t i) {
+    results[i] = resultOf(sweep, rows[i], overrides, [] { return false; });
+  });
   return results;
 }
 

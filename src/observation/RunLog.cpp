@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "observation/imageError.h"
+
 namespace depthservo {
 
 const char* toString(Outcome outcome) {
@@ -112,9 +114,14 @@ std::vector<std::string> JointStates::sentences(double focal_px) const {
 }
 
 double meanImageError(const RunLog& log, double from_s, double to_s) {
+  return imageErrorBeyondNoise(log, from_s, to_s, 0);
+}
+
+double imageErrorBeyondNoise(const RunLog& log, double from_s, double to_s, double standardErrors) {
   constexpr double kSlack_s = 1e-6;
   struct Sum {
     Eigen::Vector2d error = Eigen::Vector2d::Zero();
+    double squares = 0;
     int count = 0;
   };
   std::vector<Sum> sums(log.goals.size());
@@ -124,7 +131,9 @@ double meanImageError(const RunLog& log, double from_s, double to_s) {
     for (const FeatureRecord& feature : frame->features) {
       const auto i = static_cast<std::size_t>(feature.id);
       if (feature.id < 0 || i >= sums.size()) continue;
-      sums[i].error += Eigen::Vector2d(feature.u, feature.v) - log.goals[i];
+      const Eigen::Vector2d error = Eigen::Vector2d(feature.u, feature.v) - log.goals[i];
+      sums[i].error += error;
+      sums[i].squares += error.squaredNorm();
       ++sums[i].count;
     }
   }
@@ -132,7 +141,10 @@ double meanImageError(const RunLog& log, double from_s, double to_s) {
   int features = 0;
   for (const Sum& sum : sums) {
     if (sum.count == 0) continue;
-    squared += (sum.error / sum.count).squaredNorm();
+    const double mean2 = (sum.error / sum.count).squaredNorm();
+    const double variance = std::max(0., sum.squares / sum.count - mean2);
+    const double noise2 = standardErrors * standardErrors * variance / sum.count;
+    squared += std::max(mean2 - noise2, 0.);  // in this order a position that is none stays one
     ++features;
   }
   return features > 0 ? std::sqrt(squared / features) : kUnknown;

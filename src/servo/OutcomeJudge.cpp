@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "observation/imageError.h"
+
 namespace depthservo {
 namespace {
 
@@ -22,37 +24,6 @@ constexpr std::size_t kNeeded = 3;  // points determine the pose of a camera; fe
 constexpr double kAway_s = 2;       // this long: it has left the image
 constexpr double kTimeSlack_s = 1e-6;
 constexpr double kRounding_px = 1e-6;  // of errors that are summed as they come
-
-/// As meanImageError of the frames since then, less twice what noise may make of each mean [px].
-double leastImageError(const RunLog& log, double from_s) {
-  struct Sum {
-    Eigen::Vector2d error = Eigen::Vector2d::Zero();
-    double squares = 0;
-    int count = 0;
-  };
-  std::vector<Sum> sums(log.goals.size());
-  for (auto frame = log.frames.rbegin();
-       frame != log.frames.rend() && frame->time_s >= from_s - kTimeSlack_s; ++frame) {
-    for (const FeatureRecord& feature : frame->features) {
-      const auto i = static_cast<std::size_t>(feature.id);
-      if (feature.id < 0 || i >= sums.size()) continue;
-      const Eigen::Vector2d error = Eigen::Vector2d(feature.u, feature.v) - log.goals[i];
-      sums[i].error += error;
-      sums[i].squares += error.squaredNorm();
-      ++sums[i].count;
-    }
-  }
-  double squared = 0;
-  int features = 0;
-  for (const Sum& sum : sums) {
-    if (sum.count == 0) continue;
-    const double mean2 = (sum.error / sum.count).squaredNorm();
-    const double variance = std::max(0., sum.squares / sum.count - mean2);
-    squared += std::max(0., mean2 - 4 * variance / sum.count);
-    ++features;
-  }
-  return features > 0 ? std::sqrt(squared / features) : kUnknown;
-}
 
 }  // namespace
 
@@ -135,13 +106,13 @@ std::optional<OutcomeJudge::Verdict> OutcomeJudge::afterCommand(const RunLog& lo
 
   const auto error = [&] { return meanImageError(log, frame.time_s - kHold_s, frame.time_s); };
   /// A mean over a whole swing is small: its last parts must be so, too.
-  const auto isSteady = [&] {
-    return leastImageError(log, now_s - kHold_s / 2) <= tolerance_px_ &&
-           leastImageError(log, now_s - kHold_s / 4) <= tolerance_px_;
+  const auto isSteadySince = [&](double begin_s) {
+    return imageErrorBeyondNoise(log, begin_s, now_s, 2) <= tolerance_px_;
   };
   const bool isFar = running_.follow(log) > tolerance_px_ + kRounding_px;
   const double error_px = !isFar && tracking_.lasts(kHold_s, now_s) ? error() : kUnknown;
-  if (error_px < tolerance_px_ && isSteady() && isSeen(log)) {
+  if (error_px < tolerance_px_ && isSteadySince(now_s - kHold_s / 2) &&
+      isSteadySince(now_s - kHold_s / 4) && isSeen(log)) {
     return Verdict{Outcome::converged,
                    fmt::format("image error {:.2f} px rms over the last {:g} s, "
                                "tolerance {:g} px",
