@@ -78,6 +78,7 @@ void SharedErrorFilter::reset() {
   resetShared();
   twist_ = {};
   steady_.setConstant(std::numeric_limits<double>::quiet_NaN());
+  behind_.setZero();
   noise_ = {};
   dt_ = 0;
 }

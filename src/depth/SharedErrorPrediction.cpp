@@ -57,6 +57,7 @@ struct SharedErrorFilter::Step {
   Motion motion;
   Twist twist;                                          // mean, corrected
   Vector6d change = Vector6d::Zero();                   // of the told twist, less noise
+  Vector6d behind = Vector6d::Zero();                   // what is left of it, as white noise
   Eigen::Matrix3d mount = Eigen::Matrix3d::Identity();  // R(m)'
   double missing_s = 0;  // share of t_d for which there is no odometry
 };
@@ -73,6 +74,7 @@ Coverage SharedErrorFilter::advance(const MotionBuffer& odometry, double time_s)
     predict(stepTo(odometry, time_s));
   } else {  // empty, beforeStart: how the camera moved will never be known
     steady_.setConstant(std::numeric_limits<double>::quiet_NaN());
+    behind_.setZero();
     for (std::size_t i = 0; i < size_; ++i) {
       Slot& slot = slots_[i];
       unseat(slot);
@@ -91,7 +93,7 @@ SharedErrorFilter::Step SharedErrorFilter::stepTo(const MotionBuffer& odometry, 
   step.missing_s = exposures.missing_s;
   Motion& motion = step.motion;
   if (!(motion.dt > 0)) return step;
-  if (latency_ != kNone) step.change = changeOver(odometry, motion, time_s_ - exposures.offset_s);
+  if (latency_ != kNone) followTwist(odometry, time_s_ - exposures.offset_s, step);
   if (bias_ != kNone) detail::takeOutBias(motion, values_.segment<3>(bias_));
   motion.t *= 1 + value(slip_) + value(scale_);
   if (mount_ != kNone) {
@@ -104,10 +106,9 @@ SharedErrorFilter::Step SharedErrorFilter::stepTo(const MotionBuffer& odometry, 
   return step;
 }
 
-/// Of the told twist from the last exposure to this one. \param motion between them, as told
-/// \param begin_s time of the last one
-Vector6d SharedErrorFilter::changeOver(const MotionBuffer& odometry, const Motion& motion,
-                                       double begin_s) {
+/// The told twist from the last exposure to this one. \param begin_s time of the last one
+void SharedErrorFilter::followTwist(const MotionBuffer& odometry, double begin_s, Step& step) {
+  const Motion& motion = step.motion;
   const Vector6d now = motion.twist().vector();
   if (!steady_.allFinite()) {
     const auto before = odometry.meanTwist(begin_s - kInstant_s, begin_s);
@@ -121,10 +122,9 @@ Vector6d SharedErrorFilter::changeOver(const MotionBuffer& odometry, const Motio
   };
   const double sigma_v = std::hypot(sigma(noise.variance_t, position_), slipped(e.slip, now, dt));
   const Vector6d change = now - steady_;
-  Vector6d part;
-  part << followed(change.head<3>(), sigma_v, dt),
+  step.change << followed(change.head<3>(), sigma_v, dt),
       followed(change.tail<3>(), sigma(noise.variance_theta, angle_), dt);
-  return part;
+  step.behind = std::sqrt(GaussMarkov{1, kSteady_s}.asWhite(dt)) * (change - step.change);
 }
 
 /// d(x, y, chi) after the step by the shared states before it.
@@ -152,6 +152,7 @@ void SharedErrorFilter::predict(const Step& step) {
   dt_ = motion.dt;
   twist_ = step.twist;
   steady_ += step.change;
+  behind_ = step.behind;
   if (motion.unknown.exists()) {  // each point on its own then
     for (std::size_t i = 0; i < size_; ++i) unseat(slots_[i]);
   }

@@ -112,7 +112,12 @@ ObservationOptions observationOf(const Scenario& scenario, const SimulatedRig& r
   const bool isMeasured =
       scenario.target.type == TargetKind::wall && scenario.sensing.source == SensingSource::image;
   options.isPixelNoiseGiven = !isMeasured || scenario.sensing.assumed_noise;
-  options.odometryNoise = scenario.odometry.declaredNoise();
+  // A simulation without noise says nothing against the noise of a profile.
+  const ErrorKind errors = options.depth.errors;
+  const bool hasProfile = errors != ErrorKind::automatic && errors != ErrorKind::declared;
+  if (!hasProfile || !scenario.odometry.noise.isZero()) {
+    options.odometryNoise = scenario.odometry.declaredNoise();
+  }
   options.odometryScaleSigma = scenario.odometry.scale_sigma;
   options.focalSigma = scenario.camera.focal_sigma;
   return options;

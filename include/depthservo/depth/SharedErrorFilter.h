@@ -45,7 +45,8 @@ struct SharedErrorFilterOptions {
 /// points, but while their depths are vague they would learn it with too much confidence. A part
 /// that lasts counts the more the longer the point has been seen. The
 /// points stand where they are at the exposure, t_d before the stamp: an error of t_d shows only
-/// where the twist changes, and a point that starts needs no correlation with it.
+/// where the twist changes, and a point that starts needs no correlation with it. A change that may
+/// be noise of the rows teaches nothing of t_d; what it may do to a point if it is none, is noise.
 ///
 /// So many `places` hold the points that learn the shared errors, spread over the image. Every
 /// other point is filtered alone, along the motion corrected by them; the sensitivity of its error
@@ -62,7 +63,8 @@ class DEPTHSERVO_API SharedErrorFilter : public PointSetEstimator {
   explicit SharedErrorFilter(std::size_t capacity, const Options& options = {},
                              const DepthPrior& prior = {}, const DepthRange& range = {});
 
-  SharedErrorFilter(const SharedErrorFilter&) = default;  // no move: nothing is left without its memory
+  SharedErrorFilter(const SharedErrorFilter&) =
+      default;  // no move: nothing is left without its memory
   SharedErrorFilter& operator=(const SharedErrorFilter&) = default;
   std::unique_ptr<PointSetEstimator> clone() const override;
   void reset() override;
@@ -139,7 +141,7 @@ class DEPTHSERVO_API SharedErrorFilter : public PointSetEstimator {
   double value(int index) const { return index == kNone ? 0 : values_(index); }
 
   Step stepTo(const MotionBuffer& odometry, double time_s);
-  Vector6d changeOver(const MotionBuffer& odometry, const Motion& motion, double begin_s);
+  void followTwist(const MotionBuffer& odometry, double begin_s, Step& step);
   void predict(const Step& step);
   ByShared bySharedErrors(const Step& step, const detail::FilterPoint& before,
                           const PointState& after, const Eigen::Matrix3d& F) const;
@@ -208,6 +210,7 @@ class DEPTHSERVO_API SharedErrorFilter : public PointSetEstimator {
   double cost_ = 0;
   Twist twist_;                // at the last exposure, corrected
   Vector6d steady_;            // told twist there, averaged; NaN: not known
+  Vector6d behind_;            // by how much the average is behind the told twist, as white noise
   OdometryNoise::Step noise_;  // of the last motion
   double dt_ = 0;              // of the last motion [s]
 };
