@@ -79,7 +79,7 @@ class ServoWatcher : public RunWatcher {
 
  private:
   std::string commandWords() const {
-    const Eigen::VectorXd wanted = rig_.wanted();
+    const Velocities wanted = rig_.wanted();
     std::string words;
     const auto names = rig_.robot()->velocityNames();
     for (std::size_t i = 0; i < names.size(); ++i) {

@@ -26,12 +26,25 @@ TaskFunction::TaskFunction(const std::vector<PointState>& desired,
   C_ = qr.pseudoInverse();
 }
 
-Eigen::VectorXd TaskFunction::command(const Eigen::VectorXd& s,
-                                      const Eigen::MatrixXd& cameraJacobian, double gain) const {
-  const Eigen::MatrixXd J = cameraJacobian(degreesOfFreedom_, Eigen::all);
-  const Eigen::FullPivLU<Eigen::MatrixXd> lu(J);
-  Eigen::VectorXd qdot = Eigen::VectorXd::Zero(J.cols());
-  if (J.rows() != J.cols() || !J.allFinite() || !lu.isInvertible()) return qdot;
+TaskFunction::Error TaskFunction::error(const Eigen::VectorXd& s) const {
+  Error e = Error::Zero(C_.rows());
+  for (Eigen::Index j = 0; j < C_.cols(); ++j) e += (s[j] - s_star_[j]) * C_.col(j);
+  return e;
+}
+
+Velocities TaskFunction::command(const Eigen::VectorXd& s,
+                                 const Eigen::Ref<const Eigen::MatrixXd>& cameraJacobian,
+                                 double gain) const {
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
+  const auto d = static_cast<Eigen::Index>(degreesOfFreedom_.size());
+  Velocities qdot = Velocities::Zero(cameraJacobian.cols());
+  if (cameraJacobian.cols() != d) return qdot;
+  Square J(d, d);
+  for (Eigen::Index i = 0; i < d; ++i) {
+    J.row(i) = cameraJacobian.row(degreesOfFreedom_[static_cast<std::size_t>(i)]);
+  }
+  const Eigen::FullPivLU<Square> lu(J);
+  if (!J.allFinite() || !lu.isInvertible()) return qdot;
   qdot = -gain * lu.solve(error(s));
   if (!qdot.allFinite()) qdot.setZero();
   return qdot;

@@ -7,10 +7,10 @@
 
 namespace depthservo {
 
-Eigen::VectorXd velocityAt(const VelocityProfile& profile, double time_s, Eigen::Index size) {
+Velocities velocityAt(const VelocityProfile& profile, double time_s, Eigen::Index size) {
   const auto segment =
       std::find_if(profile.begin(), profile.end(), [&](const auto& s) { return time_s < s.until; });
-  Eigen::VectorXd velocity = Eigen::VectorXd::Zero(size);
+  Velocities velocity = Velocities::Zero(size);
   if (segment == profile.end()) return velocity;
   const auto entry = [](const Eigen::VectorXd& values, Eigen::Index i) {
     return i < values.size() ? values[i] : 0.0;

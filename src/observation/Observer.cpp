@@ -61,7 +61,7 @@ struct Observer::Parts {
 
   void note(double time_s, std::string what) { events.push_back({time_s, std::move(what)}); }
 
-  std::vector<TrackedPoint> track(const Exposure& exposure);
+  void track(const Exposure& exposure);
   std::optional<TargetPose::Result> followTarget(double time_s,
                                                  const std::vector<TrackedPoint>& points);
   void renewPoints(const std::vector<TrackedPoint>& points);
@@ -99,6 +99,7 @@ struct Observer::Parts {
   std::optional<CameraPose> lastPose;
   MotionBuffer odometry;
   std::vector<OdometryRow> rowsByTarget;
+  std::vector<TrackedPoint> tracked;  // in this image
   std::vector<PointObservation> observations;
   Coverage coverage = Coverage::complete;
   bool isTruthOfMotion = false;
@@ -122,11 +123,12 @@ const std::vector<PointObservation>& Observer::measured() const { return parts_-
 const std::vector<int>& Observer::ids() const { return parts_->setup.ids; }
 std::vector<Event> Observer::takeEvents() { return std::exchange(parts_->events, {}); }
 
-FrameRecord Observer::observe(const Exposure& exposure) {
+FrameRecord Observer::observe(const Exposure& exposure, FrameRecord spare) {
   Parts& p = *parts_;
   const double time_s = exposure.time_s;
   Stopwatch stopwatch;
-  std::vector<TrackedPoint> points = p.track(exposure);
+  std::vector<TrackedPoint>& points = p.tracked;
+  p.track(exposure);
   if (p.isRecorded) p.trackingTimes.add(stopwatch.lap());
   if (p.setup.findsPoints()) p.renewPoints(points);
   p.pose = p.followTarget(time_s, points);
@@ -146,6 +148,8 @@ FrameRecord Observer::observe(const Exposure& exposure) {
   if (isUsed) p.update(time_s, points);
 
   FrameRecord frame;
+  frame.features = std::move(spare.features);
+  frame.features.clear();
   frame.time_s = time_s;
   frame.features.reserve(p.setup.ids.size());
   for (const int id : p.setup.ids) {
@@ -161,19 +165,18 @@ FrameRecord Observer::observe(const Exposure& exposure) {
 }
 
 /// Points with the noise that the estimator is told.
-std::vector<TrackedPoint> Observer::Parts::track(const Exposure& exposure) {
-  std::vector<TrackedPoint> points = exposure.points;
+void Observer::Parts::track(const Exposure& exposure) {
+  tracked = exposure.points;
   if (setup.tracker) {
-    points = setup.tracker->track(exposure.image, expectedPoints(*estimator, setup.ids, odometry,
-                                                                 exposure.time_s, setup.camera));
+    tracked = setup.tracker->track(exposure.image, expectedPoints(*estimator, setup.ids, odometry,
+                                                                  exposure.time_s, setup.camera));
     if (std::string news = setup.tracker->news(); !news.empty()) {
       note(exposure.time_s, std::move(news));
     }
   }
   if (!setup.takesTrackersNoise) {
-    for (TrackedPoint& point : points) point.sigma_px = setup.pixelNoise_px;
+    for (TrackedPoint& point : tracked) point.sigma_px = setup.pixelNoise_px;
   }
-  return points;
 }
 
 /// The target's pose in this image says how the camera has moved since the last.
@@ -271,7 +274,7 @@ void Observer::Parts::setTruth(FeatureRecord& feature, const Exposure& exposure)
 /// Of the points of a target; those that a tracker chooses come and go.
 void Observer::Parts::noteHidden(double time_s, const FeatureRecord& feature) {
   if (setup.findsPoints()) return;
-  const auto [was, isNew] = wasMeasured.emplace(feature.id, feature.measured);
+  const auto [was, isNew] = wasMeasured.try_emplace(feature.id, feature.measured);
   if (isNew || was->second == feature.measured) return;
   was->second = feature.measured;
   note(time_s,

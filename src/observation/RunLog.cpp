@@ -113,37 +113,45 @@ std::vector<std::string> JointStates::sentences(double focal_px) const {
   return all;
 }
 
+namespace {
+
+/// Of the goal i; most frames have all features, in order. Null: it has none.
+const FeatureRecord* featureOf(const FrameRecord& frame, std::size_t i) {
+  const auto& all = frame.features;
+  const auto isIt = [i](const FeatureRecord& feature) { return feature.id == static_cast<int>(i); };
+  if (i < all.size() && isIt(all[i])) return &all[i];
+  const auto found = std::find_if(all.begin(), all.end(), isIt);
+  return found == all.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
 double meanImageError(const RunLog& log, double from_s, double to_s) {
   return imageErrorBeyondNoise(log, from_s, to_s, 0);
 }
 
 double imageErrorBeyondNoise(const RunLog& log, double from_s, double to_s, double standardErrors) {
   constexpr double kSlack_s = 1e-6;
-  struct Sum {
-    Eigen::Vector2d error = Eigen::Vector2d::Zero();
-    double squares = 0;
-    int count = 0;
-  };
-  std::vector<Sum> sums(log.goals.size());
-  for (auto frame = log.frames.rbegin();
-       frame != log.frames.rend() && frame->time_s >= from_s - kSlack_s; ++frame) {
-    if (frame->time_s > to_s + kSlack_s) continue;
-    for (const FeatureRecord& feature : frame->features) {
-      const auto i = static_cast<std::size_t>(feature.id);
-      if (feature.id < 0 || i >= sums.size()) continue;
-      const Eigen::Vector2d error = Eigen::Vector2d(feature.u, feature.v) - log.goals[i];
-      sums[i].error += error;
-      sums[i].squares += error.squaredNorm();
-      ++sums[i].count;
-    }
-  }
   double squared = 0;
   int features = 0;
-  for (const Sum& sum : sums) {
-    if (sum.count == 0) continue;
-    const double mean2 = (sum.error / sum.count).squaredNorm();
-    const double variance = std::max(0., sum.squares / sum.count - mean2);
-    const double noise2 = standardErrors * standardErrors * variance / sum.count;
+  for (std::size_t i = 0; i < log.goals.size(); ++i) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    double squares = 0;
+    int count = 0;
+    for (auto frame = log.frames.rbegin();
+         frame != log.frames.rend() && frame->time_s >= from_s - kSlack_s; ++frame) {
+      if (frame->time_s > to_s + kSlack_s) continue;
+      const FeatureRecord* feature = featureOf(*frame, i);
+      if (!feature) continue;
+      const Eigen::Vector2d error = Eigen::Vector2d(feature->u, feature->v) - log.goals[i];
+      sum += error;
+      squares += error.squaredNorm();
+      ++count;
+    }
+    if (count == 0) continue;
+    const double mean2 = (sum / count).squaredNorm();
+    const double variance = std::max(0., squares / count - mean2);
+    const double noise2 = standardErrors * standardErrors * variance / count;
     squared += std::max(mean2 - noise2, 0.);  // in this order a position that is none stays one
     ++features;
   }

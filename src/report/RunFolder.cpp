@@ -29,7 +29,7 @@ using Json = nlohmann::ordered_json;
 /// Shortest text that reads back as the same double; empty when unknown or infinite.
 std::string cell(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
 
-void appendCells(std::string& row, const Eigen::VectorXd& values, std::size_t count) {
+void appendCells(std::string& row, const Velocities& values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     const auto index = static_cast<Eigen::Index>(i);
     row += ',' + (index < values.size() ? cell(values[index]) : "");

@@ -44,7 +44,7 @@ void add(Json& object, const char* key, double value) {
   if (std::isfinite(value)) object[key] = value;
 }
 
-Json velocities(const Eigen::VectorXd& values, const std::vector<std::string>& names) {
+Json velocities(const Velocities& values, const std::vector<std::string>& names) {
   Json object = Json::object();
   for (std::size_t i = 0; i < names.size() && static_cast<Eigen::Index>(i) < values.size(); ++i) {
     add(object, shortName(names[i]).c_str(), values[static_cast<Eigen::Index>(i)]);
@@ -286,7 +286,7 @@ Json robot(const FrameRecord& frame, const std::vector<std::string>& velocityNam
   if (frame.command.size() > 0) message["command"] = velocities(frame.command, velocityNames);
   if (frame.applied.size() > 0) message["applied"] = velocities(frame.applied, velocityNames);
   if (isTwistKnown) {
-    Eigen::VectorXd twist(6);
+    Velocities twist(6);
     twist << frame.twist.linear, frame.twist.angular;
     message["twist"] = velocities(twist, {"vx", "vy", "vz", "wx", "wy", "wz"});
   }

@@ -59,7 +59,7 @@ struct RobotServer::Parts : Rig::Listener {
         twists(o.twist),
         commandPipe(o.command),
         commands(o.command, braking.size()),
-        command(Eigen::VectorXd::Zero(braking.size())) {
+        command(Velocities::Zero(braking.size())) {
     if (o.log.empty()) return;
     requireNewFile(o.log);
     log.open(o.log);
@@ -89,12 +89,12 @@ struct RobotServer::Parts : Rig::Listener {
   RobotServerOptions options;
   bool hasGoal;
   SimulatedRig rig;
-  Eigen::VectorXd braking;
+  Velocities braking;
   PipeWriter images, twists;
   detail::MadePipe commandPipe;
   CommandReader commands;
   std::ofstream log;
-  Eigen::VectorXd command;
+  Velocities command;
   std::optional<CommandRow> last;
   Clock::time_point lastArrival, start;
   double epoch_s = 0;  // of the system's clock at the start

@@ -58,6 +58,8 @@ struct SimulatedRig::Parts {
   World world;
   ObservedSource source;
   std::vector<Exposure> underway;  // taken, not yet arrived; few
+  std::vector<Exposure> spare;     // given back
+  std::vector<TruePoint> truth;    // now
   std::size_t rowsRead = 0;
   NoiseStream stampJitter;
 
@@ -66,7 +68,7 @@ struct SimulatedRig::Parts {
       if (listener) listener->onRow(world.time());
     });
   }
-  void expose(const std::vector<TruePoint>& truth);
+  void expose();
   double stamp();
   double arrivalOf(const Exposure& exposure) const;
 };
@@ -93,20 +95,26 @@ std::optional<Exposure> SimulatedRig::next(Listener* listener) {
       return exposure;
     }
     p.drive(coming_s, listener);
-    const std::vector<TruePoint> truth = p.world.truth();
-    if (!p.clock.isDropped()) p.expose(truth);
+    p.world.truth(p.truth);
+    if (!p.clock.isDropped()) p.expose();
     p.clock.advance();
-    if (listener && !listener->onExposure(coming_s, truth)) return std::nullopt;
+    if (listener && !listener->onExposure(coming_s, p.truth)) return std::nullopt;
   }
 }
 
-void SimulatedRig::Parts::expose(const std::vector<TruePoint>& truth) {
+void SimulatedRig::giveBack(Exposure exposure) { parts_->spare.push_back(std::move(exposure)); }
+
+void SimulatedRig::Parts::expose() {
   Exposure exposure;
+  if (!spare.empty()) {
+    exposure = std::move(spare.back());
+    spare.pop_back();
+  }
   exposure.time_s = stamp();
   if (source.hasImages) {
     world.expose(exposure.image);
   } else {
-    exposure.points = world.measure(truth);
+    world.measure(truth, exposure.points);
   }
   exposure.truth = truth;
   exposure.wMc = world.wMc();
@@ -156,9 +164,7 @@ bool SimulatedRig::isTargetMoving() const {
 
 const ObservedSource& SimulatedRig::source() const { return parts_->source; }
 const std::vector<OdometryRow>& SimulatedRig::odometry() const { return parts_->world.odometry(); }
-void SimulatedRig::command(const Eigen::VectorXd& velocities) {
-  parts_->world.setCommand(velocities);
-}
+void SimulatedRig::command(const Velocities& velocities) { parts_->world.setCommand(velocities); }
 const RobotModel* SimulatedRig::robot() const { return &parts_->world.robot(); }
 double SimulatedRig::time() const { return parts_->world.time(); }
 std::vector<TruePoint> SimulatedRig::truth() const { return parts_->world.truth(); }

@@ -73,7 +73,11 @@ World::World(const SimulatedRigOptions& options)
       slip_(1, options.odometry.slip, {options.seed, ErrorSource::slip}),
       wander_(2 * static_cast<Eigen::Index>(options.target.points.size()), options.sensing.wander,
               {options.seed, ErrorSource::wander}),
-      command_(Eigen::VectorXd::Zero(robot_->velocity().size())) {}
+      command_(Velocities::Zero(robot_->velocity().size())) {
+  constexpr double kMost = 1e6;
+  odometry_.reserve(
+      static_cast<std::size_t>(std::min(kMost, options.duration * options.odometry.rate + 2)));
+}
 
 void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
   const OdometryOptions& odometry = options_.odometry;
@@ -114,7 +118,7 @@ void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
   }
 }
 
-void World::setCommand(const Eigen::VectorXd& command) {
+void World::setCommand(const Velocities& command) {
   const double dead_time = options_.robot.dead_time;
   if (dead_time == 0) {
     command_ = command;
@@ -125,8 +129,8 @@ void World::setCommand(const Eigen::VectorXd& command) {
 
 void World::takeCommands() {
   while (!underway_.empty() && underway_.front().from_s <= time_s_) {
-    command_ = std::move(underway_.front().velocities);
-    underway_.pop_front();
+    command_ = underway_.front().velocities;
+    underway_.erase(underway_.begin());
   }
 }
 
@@ -144,7 +148,7 @@ Eigen::Vector2d World::rolled(double duration_s) const {
 
 /// What perfect odometry says of the robot's velocity.
 Twist World::told() const {
-  Eigen::VectorXd velocity = robot_->velocity();
+  Velocities velocity = robot_->velocity();
   if (unicycle_) velocity -= disturbance_;
   return robot_->cameraTwist(velocity);
 }
@@ -186,7 +190,7 @@ void World::moveTarget(double until_s) {
 }
 
 Twist World::targetTwist(double time_s) const {
-  const Eigen::VectorXd twist = velocityAt(options_.target.twist, time_s, 6);
+  const Velocities twist = velocityAt(options_.target.twist, time_s, 6);
   return {twist.head<3>(), twist.tail<3>()};
 }
 
@@ -230,11 +234,11 @@ std::vector<std::optional<Eigen::Vector3d>> World::seenFrom(
 
 std::vector<TruePoint> World::goal() const { return seenAt(cdMo()); }
 
-std::vector<TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const {
+void World::seeAt(const Eigen::Isometry3d& cMo, std::vector<TruePoint>& points) const {
   const bool seesEllipses =
       options_.sensing.source == SensingSource::image && options_.target.type == TargetKind::dots;
   const PinholeCamera camera = options_.camera.truePinhole();
-  std::vector<TruePoint> points;
+  points.clear();
   points.reserve(options_.target.points.size());
   for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
     const Eigen::Vector3d p = cMo * options_.target.points[i];
@@ -246,7 +250,6 @@ std::vector<TruePoint> World::seenAt(const Eigen::Isometry3d& cMo) const {
     }
     points.push_back({static_cast<int>(i), p.z(), seen.x(), seen.y()});
   }
-  return points;
 }
 
 bool World::isHidden(std::size_t point) const {
@@ -269,11 +272,11 @@ Eigen::Vector2d World::shiftByReadout(std::size_t point) const {
   return camera.toPixel(then.x() / then.z(), then.y() / then.z()) - seen;
 }
 
-std::vector<Eigen::Vector2d> World::pixelErrors() {
+const std::vector<Eigen::Vector2d>& World::pixelErrors() {
   const SensingOptions& sensing = options_.sensing;
   const Eigen::VectorXd& wander = wander_.at(time_s_);
-  std::vector<Eigen::Vector2d> errors;
-  errors.reserve(options_.target.points.size());
+  pixelErrors_.clear();
+  pixelErrors_.reserve(options_.target.points.size());
   for (std::size_t i = 0; i < options_.target.points.size(); ++i) {
     Eigen::Vector2d error = wander.segment<2>(2 * static_cast<Eigen::Index>(i));
     if (sensing.readout > 0) error += shiftByReadout(i);
@@ -286,9 +289,9 @@ std::vector<Eigen::Vector2d> World::pixelErrors() {
           kSmallestOutlier_px + (kLargestOutlier_px - kSmallestOutlier_px) * fraction(random_);
       if (isOutlier) error += size * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     }
-    errors.push_back(error);
+    pixelErrors_.push_back(error);
   }
-  return errors;
+  return pixelErrors_;
 }
 
 void World::expose(DEPTHSERVO_VISP vpImage<unsigned char>& image) {
@@ -353,16 +356,15 @@ void World::print(SyntheticView& view, std::size_t first, std::size_t count,
                             clamped(size.x()), clamped(size.y())});
 }
 
-std::vector<TrackedPoint> World::measure(const std::vector<TruePoint>& points) {
-  const auto errors = pixelErrors();
-  std::vector<TrackedPoint> measured;
+void World::measure(const std::vector<TruePoint>& points, std::vector<TrackedPoint>& measured) {
+  const std::vector<Eigen::Vector2d>& errors = pixelErrors();
+  measured.clear();
   measured.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double u = points[i].u + errors[i].x(), v = points[i].v + errors[i].y();
     if (isHidden(i) || !options_.camera.pinhole().contains(u, v)) continue;
     measured.push_back({static_cast<int>(i), u, v, options_.sensing.assumedNoise_px()});
   }
-  return measured;
 }
 
 }  // namespace depthservo

@@ -3,7 +3,6 @@
 #include <visp3/core/vpImage.h>
 
 #include <array>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -36,12 +35,13 @@ class World {
   /// rows that begin on the way are appended to `odometry()`. \param beforeRow called when one
   /// begins, may give another command
   void advanceTo(double time_s, const std::function<void()>& beforeRow = {});
-  void setCommand(const Eigen::VectorXd& command);
+  void setCommand(const Velocities& command);
 
   /// All rows so far, as the odometry's `rows` have it.
   const std::vector<OdometryRow>& odometry() const { return odometry_; }
 
   std::vector<TruePoint> truth() const { return seenAt(cMo()); }
+  void truth(std::vector<TruePoint>& points) const { seeAt(cMo(), points); }
 
   /// Pose of the true camera in the world now.
   Eigen::Isometry3d wMc() const { return truly(robot_->wMc()); }
@@ -64,7 +64,7 @@ class World {
 
   /// Measures the points of this moment (source: geometry); hidden ones are missing.
   /// \param points as `truth()` has them
-  std::vector<TrackedPoint> measure(const std::vector<TruePoint>& points);
+  void measure(const std::vector<TruePoint>& points, std::vector<TrackedPoint>& measured);
 
   const SimulatedRobot& robot() const { return *robot_; }
 
@@ -76,8 +76,13 @@ class World {
   Eigen::Isometry3d cMoFrom(const RobotPose& pose) const {
     return truly(makeRobot(options_.robot, pose)->wMc()).inverse() * wMo_;
   }
-  std::vector<TruePoint> seenAt(const Eigen::Isometry3d& cMo) const;
-  std::vector<Eigen::Vector2d> pixelErrors();
+  std::vector<TruePoint> seenAt(const Eigen::Isometry3d& cMo) const {
+    std::vector<TruePoint> points;
+    seeAt(cMo, points);
+    return points;
+  }
+  void seeAt(const Eigen::Isometry3d& cMo, std::vector<TruePoint>& points) const;
+  const std::vector<Eigen::Vector2d>& pixelErrors();
   Eigen::Vector2d shiftByReadout(std::size_t point) const;
   bool isHidden(std::size_t point) const;
   void printTags(SyntheticView& view) const;
@@ -110,15 +115,16 @@ class World {
   std::uint64_t images_ = 0, rows_ = 0, looks_ = 0;
   struct Command {
     double from_s;
-    Eigen::VectorXd velocities;
+    Velocities velocities;
   };
-  std::deque<Command> underway_;  // to the drives, which have a dead time
-  Eigen::VectorXd command_;
+  std::vector<Command> underway_;  // to the drives, which have a dead time
+  Velocities command_;
   Eigen::Vector2d disturbance_ = Eigen::Vector2d::Zero();  // of (v, w)
   Eigen::Vector2d wheels_ = Eigen::Vector2d::Zero();  // way of the left and of the right one [m]
   Eigen::Vector2d wheelsAtRow_ = Eigen::Vector2d::Zero();  // as the rows have told it
   Twist way_;  // integral of the twist since the last row
   std::vector<OdometryRow> odometry_;
+  std::vector<Eigen::Vector2d> pixelErrors_;
 };
 
 }  // namespace depthservo

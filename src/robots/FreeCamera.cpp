@@ -11,17 +11,11 @@ void FreeCamera::setLimits(double velocity, double turnRate) {
   limits_.tail<3>().setConstant(turnRate);
 }
 
-Twist FreeCamera::cameraTwist(const Eigen::VectorXd& velocity) const {
+Twist FreeCamera::cameraTwist(const Velocities& velocity) const {
   return {velocity.head<3>(), velocity.tail<3>()};
 }
 
-vpMatrix FreeCamera::eJe() const {
-  vpMatrix J;
-  J.eye(6);
-  return J;
-}
-
-void FreeCamera::accelerate(const Eigen::VectorXd& command, double /*dt*/) {
+void FreeCamera::accelerate(const Velocities& command, double /*dt*/) {
   const bool isUsable = command.size() == 6 && command.allFinite();
   velocity_ = isUsable ? Vector6d(command) : Vector6d::Zero();
   velocity_ *= commonFactor(velocity_, limits_);

@@ -9,6 +9,23 @@
 
 namespace depthservo {
 
+MobileManipulator::MobileManipulator(const Geometry& geometry)
+    : geometry_(geometry), eJe_(6, 5), cVe_(forwardCameraTwistMatrix(Eigen::Vector3d::Zero())) {
+  setState({});
+}
+
+void MobileManipulator::setState(const State& state) {
+  state_ = state;
+  const Jacobian J = cameraJacobian();  // camera x, y, z: e's -y, -z, x
+  for (unsigned column = 0; column < 5; ++column) {
+    for (unsigned half = 0; half < 6; half += 3) {
+      eJe_[half][column] = J(half + 2, column);
+      eJe_[half + 1][column] = -J(half, column);
+      eJe_[half + 2][column] = -J(half + 1, column);
+    }
+  }
+}
+
 Eigen::Isometry3d MobileManipulator::wMcAt(const State& state) const {
   const auto& [mount, column, upperArm, forearm] = geometry_;
   const double heading = state.theta + state.joints[0];
@@ -44,29 +61,12 @@ std::vector<std::string> MobileManipulator::velocityNames() const {
   return {"v [m/s]", "w [rad/s]", "q1' [rad/s]", "q2' [rad/s]", "q3' [rad/s]"};
 }
 
-Twist MobileManipulator::cameraTwist(const Eigen::VectorXd& velocity) const {
+Twist MobileManipulator::cameraTwist(const Velocities& velocity) const {
   const Vector6d twist = cameraJacobian() * Vector5d(velocity);
   return {twist.head<3>(), twist.tail<3>()};
 }
 
-vpMatrix MobileManipulator::eJe() const {
-  const Jacobian J = cameraJacobian();  // camera x, y, z: e's -y, -z, x
-  vpMatrix visp(6, 5);
-  for (unsigned column = 0; column < 5; ++column) {
-    for (unsigned half = 0; half < 6; half += 3) {
-      visp[half][column] = J(half + 2, column);
-      visp[half + 1][column] = -J(half, column);
-      visp[half + 2][column] = -J(half + 1, column);
-    }
-  }
-  return visp;
-}
-
-vpVelocityTwistMatrix MobileManipulator::cVe() const {
-  return forwardCameraTwistMatrix(Eigen::Vector3d::Zero());
-}
-
-void MobileManipulator::accelerate(const Eigen::VectorXd& command, double dt) {
+void MobileManipulator::accelerate(const Velocities& command, double dt) {
   if (!(dt > 0) || !std::isfinite(dt)) return;
   const bool isUsable = command.size() == 5 && command.allFinite();
   velocity_ = isUsable ? Vector5d(command) : Vector5d::Zero();
@@ -76,10 +76,8 @@ void MobileManipulator::accelerate(const Eigen::VectorXd& command, double dt) {
 void MobileManipulator::move(double dt) {
   if (!(dt > 0) || !std::isfinite(dt)) return;
   const Eigen::Vector2d way = planarArc(velocity_[0] * dt, velocity_[1] * dt, state_.theta);
-  state_.x += way.x();
-  state_.y += way.y();
-  state_.theta += velocity_[1] * dt;
-  state_.joints += velocity_.tail<3>() * dt;
+  setState({state_.x + way.x(), state_.y + way.y(), state_.theta + velocity_[1] * dt,
+            state_.joints + velocity_.tail<3>() * dt});
 }
 
 }  // namespace depthservo

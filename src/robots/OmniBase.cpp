@@ -12,6 +12,11 @@ constexpr double kHalfPi = 1.57079632679489661923;
 
 }  // namespace
 
+OmniBase::OmniBase(const Eigen::Vector3d& offset)
+    : offset_(offset), eJe_(6, 3, 0.), cVe_(forwardCameraTwistMatrix(offset)) {
+  eJe_[0][0] = eJe_[1][1] = eJe_[5][2] = 1;
+}
+
 Eigen::Isometry3d OmniBase::wMc() const {
   const double c = std::cos(pose_.theta), s = std::sin(pose_.theta);
   const Eigen::Vector3d position(pose_.x + c * offset_.x() - s * offset_.y(),
@@ -19,21 +24,13 @@ Eigen::Isometry3d OmniBase::wMc() const {
   return horizontalCamera(position, pose_.theta);
 }
 
-Twist OmniBase::cameraTwist(const Eigen::VectorXd& velocity) const {
+Twist OmniBase::cameraTwist(const Velocities& velocity) const {
   const double w = velocity[2];
   const double forward = velocity[0] - w * offset_.y(), left = velocity[1] + w * offset_.x();
   return {{-left, 0, forward}, {0, -w, 0}};
 }
 
-vpMatrix OmniBase::eJe() const {
-  vpMatrix J(6, 3, 0.);
-  J[0][0] = J[1][1] = J[5][2] = 1;
-  return J;
-}
-
-vpVelocityTwistMatrix OmniBase::cVe() const { return forwardCameraTwistMatrix(offset_); }
-
-void OmniBase::accelerate(const Eigen::VectorXd& command, double /*dt*/) {
+void OmniBase::accelerate(const Velocities& command, double /*dt*/) {
   const bool isUsable = command.size() == 3 && command.allFinite();
   velocity_ = isUsable ? Eigen::Vector3d(command) : Eigen::Vector3d::Zero();
   velocity_ *= commonFactor(velocity_, limits_);

@@ -10,6 +10,23 @@
 
 namespace depthservo {
 
+PanUnicycle::PanUnicycle(const Geometry& geometry)
+    : geometry_(geometry),
+      eJe_(6, 3, 0.),
+      cVe_(forwardCameraTwistMatrix({geometry.Cx, geometry.Cy, 0})) {
+  eJe_[5][1] = eJe_[5][2] = 1;
+  setState({});
+}
+
+void PanUnicycle::setState(const State& state) {
+  state_ = state;
+  const double c = std::cos(state.pan), s = std::sin(state.pan);
+  eJe_[0][0] = c;
+  eJe_[0][1] = s * geometry_.Dx;
+  eJe_[1][0] = -s;
+  eJe_[1][1] = c * geometry_.Dx;
+}
+
 Eigen::Isometry3d PanUnicycle::wMcAt(const State& state) const {
   const double a = state.theta + state.pan;
   const double c = std::cos(a), s = std::sin(a);
@@ -37,24 +54,9 @@ Eigen::Vector3d PanUnicycle::velocityFor(const Eigen::Vector3d& cameraMotion) co
   return {-s * left + c * forward - (Cx * s + Cy * c) * turn, w, -turn - w};
 }
 
-Twist PanUnicycle::cameraTwist(const Eigen::VectorXd& velocity) const {
+Twist PanUnicycle::cameraTwist(const Velocities& velocity) const {
   const Eigen::Vector3d motion = cameraJacobian() * Eigen::Vector3d(velocity);
   return {{-motion[0], 0, motion[1]}, {0, motion[2], 0}};
-}
-
-vpMatrix PanUnicycle::eJe() const {
-  const double c = std::cos(state_.pan), s = std::sin(state_.pan);
-  vpMatrix J(6, 3, 0.);
-  J[0][0] = c;
-  J[0][1] = s * geometry_.Dx;
-  J[1][0] = -s;
-  J[1][1] = c * geometry_.Dx;
-  J[5][1] = J[5][2] = 1;
-  return J;
-}
-
-vpVelocityTwistMatrix PanUnicycle::cVe() const {
-  return forwardCameraTwistMatrix({geometry_.Cx, geometry_.Cy, 0});
 }
 
 Eigen::Vector3d PanUnicycle::limited(const Eigen::Vector3d& command, double dt) const {
@@ -63,7 +65,7 @@ Eigen::Vector3d PanUnicycle::limited(const Eigen::Vector3d& command, double dt) 
   return velocity_ + change * commonFactor(change, limits_.acceleration * dt);
 }
 
-void PanUnicycle::accelerate(const Eigen::VectorXd& command, double dt) {
+void PanUnicycle::accelerate(const Velocities& command, double dt) {
   const bool isUsable = command.size() == 3 && command.allFinite();
   velocity_ = limited(isUsable ? Eigen::Vector3d(command) : Eigen::Vector3d::Zero(), dt);
 }
@@ -71,11 +73,8 @@ void PanUnicycle::accelerate(const Eigen::VectorXd& command, double dt) {
 void PanUnicycle::move(double dt) {
   const double pan = std::clamp(state_.pan + velocity_[2] * dt, limits_.pan_min, limits_.pan_max);
   if (pan != state_.pan + velocity_[2] * dt) velocity_[2] = (pan - state_.pan) / dt;
-  state_.pan = pan;
   const Eigen::Vector2d step = planarArc(velocity_[0] * dt, velocity_[1] * dt, state_.theta);
-  state_.x += step.x();
-  state_.y += step.y();
-  state_.theta += velocity_[1] * dt;
+  setState({state_.x + step.x(), state_.y + step.y(), state_.theta + velocity_[1] * dt, pan});
 }
 
 }  // namespace depthservo

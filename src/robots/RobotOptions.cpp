@@ -42,8 +42,8 @@ Axes axesOf(RobotKind robot) {
 RobotVelocityLimits velocityLimits(RobotKind robot, const RobotLimits& limits) {
   const auto [linear, angular] = axesOf(robot);
   const auto each = [&, m = linear, n = angular](double v, double w) {
-    Eigen::VectorXd all(m + n);
-    all << Eigen::VectorXd::Constant(m, v), Eigen::VectorXd::Constant(n, w);
+    Velocities all(m + n);
+    all << Velocities::Constant(m, v), Velocities::Constant(n, w);
     return all;
   };
   RobotVelocityLimits all{each(limits.v, limits.w), each(limits.dv, limits.dw),

@@ -11,13 +11,8 @@
 namespace depthservo {
 
 UnicycleCamera::UnicycleCamera(const Eigen::Vector3d& offset, double yaw)
-    : offset_(offset), yaw_(yaw), cVe_(toVisp(wMcAt({}).inverse())) {}
-
-vpMatrix UnicycleCamera::eJe() const {
-  vpMatrix J(6, 2, 0.);
-  J[0][0] = 1;
-  J[5][1] = 1;
-  return J;
+    : offset_(offset), yaw_(yaw), eJe_(6, 2, 0.), cVe_(toVisp(wMcAt({}).inverse())) {
+  eJe_[0][0] = eJe_[5][1] = 1;
 }
 
 Eigen::Isometry3d UnicycleCamera::wMcAt(const Pose& pose) const {
@@ -27,7 +22,7 @@ Eigen::Isometry3d UnicycleCamera::wMcAt(const Pose& pose) const {
   return horizontalCamera(position, pose.theta + yaw_);
 }
 
-Twist UnicycleCamera::cameraTwist(const Eigen::VectorXd& velocity) const {
+Twist UnicycleCamera::cameraTwist(const Velocities& velocity) const {
   const double v = velocity[0], w = velocity[1];
   const double forward = v - w * offset_.y(), sideways = w * offset_.x();
   const double c = std::cos(yaw_), s = std::sin(yaw_);
@@ -40,7 +35,7 @@ Eigen::Vector2d UnicycleCamera::limited(const Eigen::Vector2d& command, double d
   return target_ + change * commonFactor(change, quickest);
 }
 
-void UnicycleCamera::accelerate(const Eigen::VectorXd& command, double dt) {
+void UnicycleCamera::accelerate(const Velocities& command, double dt) {
   if (!(dt > 0) || !std::isfinite(dt)) return;
   const bool isUsable = command.size() == 2 && command.allFinite();
   target_ = limited(isUsable ? Eigen::Vector2d(command) : Eigen::Vector2d::Zero(), dt);

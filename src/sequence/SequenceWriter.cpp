@@ -144,7 +144,7 @@ std::vector<LawCommand> readLawCommands(const std::string& file,
   std::vector<LawCommand> commands;
   while (table.next()) {
     LawCommand command{table.time(), table.seconds(1), static_cast<std::size_t>(table.id(2)),
-                       Eigen::VectorXd(static_cast<Eigen::Index>(velocityNames.size()))};
+                       Velocities(static_cast<Eigen::Index>(velocityNames.size()))};
     for (std::size_t i = 0; i < velocityNames.size(); ++i) {
       command.velocities[static_cast<Eigen::Index>(i)] =
           table.number(3 + i, kVelocities, "m/s, rad/s");

@@ -48,7 +48,7 @@ std::vector<PointState> desiredPoints(const LawSetup& setup) {
 }
 
 /// The velocities that vpServo computes.
-Eigen::VectorXd computed(vpServo& task, const RobotModel& robot) {
+Velocities computed(vpServo& task, const RobotModel& robot) {
   task.set_cVe(robot.cVe());
   task.set_eJe(robot.eJe());
   const vpColVector qdot = task.computeControlLaw();
@@ -79,7 +79,7 @@ class PointLaw : public ControlLaw {
     setUp(task_, setup.control);
   }
 
-  Eigen::VectorXd command(const ControlInput& now) override {
+  Velocities command(const ControlInput& now) override {
     task_.setLambda(isInDoubt() ? gainInDoubt_ : gain_);
     return computed(task_, now.robot);
   }
@@ -118,7 +118,7 @@ class MomentLaw : public ControlLaw {
     setUp(task_, setup.control);
   }
 
-  Eigen::VectorXd command(const ControlInput& now) override {
+  Velocities command(const ControlInput& now) override {
     moments_.update(points_);
     return computed(task_, now.robot);
   }
@@ -136,20 +136,21 @@ class TaskLaw : public ControlLaw {
       : features_(features),
         gain_(setup.control.gain),
         task_(desiredPoints(setup),
-              setup.mobility == Mobility::full ? TaskFunction::all() : TaskFunction::planar()) {}
+              setup.mobility == Mobility::full ? TaskFunction::all() : TaskFunction::planar()),
+        s_(2 * features.size()) {}
 
-  Eigen::VectorXd command(const ControlInput& now) override {
-    Eigen::VectorXd s(2 * features_.size());
+  Velocities command(const ControlInput& now) override {
     for (std::size_t i = 0; i < features_.size(); ++i) {
-      s.segment<2>(static_cast<Eigen::Index>(2 * i)) << features_[i].get_x(), features_[i].get_y();
+      s_.segment<2>(static_cast<Eigen::Index>(2 * i)) << features_[i].get_x(), features_[i].get_y();
     }
-    return task_.command(s, cameraJacobian(now.robot), gain_);
+    return task_.command(s_, cameraJacobian(now.robot), gain_);
   }
 
  private:
   const PointFeatures& features_;
   double gain_;
   TaskFunction task_;
+  Eigen::VectorXd s_;  // the features
 };
 
 /// Given velocities, whatever the image shows; each row of odometry has those of its middle, also
@@ -159,12 +160,12 @@ class ProfileLaw : public ControlLaw {
   explicit ProfileLaw(const LawSetup& setup)
       : profile_(setup.control.profile), row_s_(setup.rowPeriod_s) {}
 
-  Eigen::VectorXd command(const ControlInput& now) override {
+  Velocities command(const ControlInput& now) override {
     constexpr double kSlack = 1e-6;  // times are rounded to nanoseconds
     const double row = std::floor(now.time_s / row_s_ + kSlack);
     return velocityAt(profile_, (row + 0.5) * row_s_, now.robot.velocityLimits().size());
   }
-  std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }
+  std::optional<Velocities> between(const ControlInput& now) override { return command(now); }
   bool usesFeatures() const override { return false; }
 
  private:
@@ -179,12 +180,14 @@ class RegulationLaw : public ControlLaw {
       : regulation_(*setup.goal.cdMo, optionsOf(setup)),
         target_(dynamic_cast<const KnownTargetEstimator&>(estimator)) {}
 
-  Eigen::VectorXd command(const ControlInput& now) override {
+  Velocities command(const ControlInput& now) override {
     const Twist twist = regulation_.command(target_.observer().cMo(now.odometry, now.time_s));
-    const Eigen::MatrixXd J = cameraJacobian(now.robot);
-    return (J.transpose() * J).ldlt().solve(J.transpose() * twist.vector());
+    const CameraJacobian J = cameraJacobian(now.robot);
+    using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 8, 8>;
+    const Normal JTJ = J.transpose().lazyProduct(J);
+    return JTJ.ldlt().solve(J.transpose().lazyProduct(twist.vector()));
   }
-  std::optional<Eigen::VectorXd> between(const ControlInput& now) override { return command(now); }
+  std::optional<Velocities> between(const ControlInput& now) override { return command(now); }
 
  private:
   static PoseRegulationOptions optionsOf(const LawSetup& setup) {

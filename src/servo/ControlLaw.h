@@ -31,14 +31,14 @@ class ControlLaw {
 
   /// What the robot shall do, after an image. May throw vpException; what is not finite ends the
   /// run.
-  virtual Eigen::VectorXd command(const ControlInput& now) = 0;
+  virtual Velocities command(const ControlInput& now) = 0;
 
   /// The same at the beginning of each row of odometry; nothing: the command is held from image to
   /// image.
-  virtual std::optional<Eigen::VectorXd> between(const ControlInput&) { return std::nullopt; }
+  virtual std::optional<Velocities> between(const ControlInput&) { return std::nullopt; }
 
   /// What it is doing besides, in words; empty: nothing.
-  virtual std::string activity() const { return ""; }
+  virtual const char* activity() const { return ""; }
 
   /// Whether it steers by the features: without them the command fades out.
   virtual bool usesFeatures() const { return true; }

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "features/pointInteraction.h"
-#include "robots/cameraJacobian.h"
 #include "robots/limits.h"
 
 namespace depthservo {
@@ -28,7 +27,7 @@ constexpr double kBlocked = 0.1;
 constexpr double kShortest_s = 1e-6;  // between two images
 
 /// As the robot does: all by a common factor.
-Eigen::VectorXd within(const Eigen::VectorXd& limits, const Eigen::VectorXd& velocity) {
+Velocities within(const Velocities& limits, const Velocities& velocity) {
   return velocity * commonFactor(velocity, limits);
 }
 
@@ -43,10 +42,10 @@ double shareWithin(const Eigen::Vector2d& at, const Eigen::Vector2d& step, doubl
 
 /// Of all velocities of the robot that move the camera across its axis as wanted [m/s], those by
 /// which the points move least. \param task (2N x 6)
-Eigen::VectorXd gentlest(const Eigen::MatrixXd& J, const Eigen::MatrixXd& task,
-                         const Eigen::Vector2d& wanted) {
+Velocities gentlest(const CameraJacobian& J, const Eigen::MatrixXd& task,
+                    const Eigen::Vector2d& wanted) {
   const Eigen::MatrixXd across = J.topRows<2>();
-  const Eigen::VectorXd velocity = across.completeOrthogonalDecomposition().solve(wanted);
+  const Velocities velocity = across.completeOrthogonalDecomposition().solve(wanted);
   const Eigen::MatrixXd byVelocity = task * J, free = across.fullPivLu().kernel();
   const Eigen::MatrixXd byFree = byVelocity * free;
   return velocity - free * byFree.completeOrthogonalDecomposition().solve(byVelocity * velocity);
@@ -75,18 +74,18 @@ bool ExcitingLaw::isNeeded() const {
   return isOn_ ? !isKnown : isVague;
 }
 
-Eigen::VectorXd ExcitingLaw::command(const ControlInput& now) {
-  const Eigen::VectorXd limits = now.robot.velocityLimits();
-  const Eigen::VectorXd command = within(limits, law_->command(now));
+Velocities ExcitingLaw::command(const ControlInput& now) {
+  const Velocities limits = now.robot.velocityLimits();
+  const Velocities command = within(limits, law_->command(now));
   const double dt = lastTime_s_ < 0 ? period_s_ : std::max(kShortest_s, now.time_s - lastTime_s_);
   lastTime_s_ = now.time_s;
   carryAlong(now.robot, dt);
-  const Eigen::MatrixXd J = cameraJacobian(now.robot);
+  const CameraJacobian J = cameraJacobian(now.robot);
   isOn_ = isNeeded() && !J.topRows<2>().isZero(kImmobile);
-  const auto step = [&](const Eigen::VectorXd& added) -> Vector6d {
+  const auto step = [&](const Velocities& added) -> Vector6d {
     return dt * (J * (within(limits, command + added) - command));
   };
-  added_ = Eigen::VectorXd::Zero(command.size());
+  added_ = Velocities::Zero(command.size());
   if (isOn_) {
     added_ = limited(excitation(J, dt), J, limits);
     const double share = shareWithinLimit(step(added_));
@@ -96,7 +95,7 @@ Eigen::VectorXd ExcitingLaw::command(const ControlInput& now) {
     isReturning_ = !law_->usesFeatures();
   }
   if (isReturning_) {
-    const Eigen::VectorXd back = J.completeOrthogonalDecomposition().solve(-displacement_ / dt);
+    const Velocities back = J.completeOrthogonalDecomposition().solve(-displacement_ / dt);
     added_ = limited(back, J, limits);
     isReturning_ = added_ != back;
   }
@@ -104,10 +103,10 @@ Eigen::VectorXd ExcitingLaw::command(const ControlInput& now) {
   return within(limits, command + added_);
 }
 
-std::optional<Eigen::VectorXd> ExcitingLaw::between(const ControlInput& now) {
-  const std::optional<Eigen::VectorXd> command = law_->between(now);
+std::optional<Velocities> ExcitingLaw::between(const ControlInput& now) {
+  const std::optional<Velocities> command = law_->between(now);
   if (!command || added_.size() == 0) return command;
-  const Eigen::VectorXd limits = now.robot.velocityLimits();
+  const Velocities limits = now.robot.velocityLimits();
   return within(limits, within(limits, *command) + added_);
 }
 
@@ -118,7 +117,7 @@ void ExcitingLaw::carryAlong(const RobotModel& robot, double dt) {
   displacement_.tail<3>() -= dt * twist.angular.cross(turn);
 }
 
-Eigen::VectorXd ExcitingLaw::excitation(const Eigen::MatrixXd& J, double dt) {
+Velocities ExcitingLaw::excitation(const CameraJacobian& J, double dt) {
   Eigen::MatrixXd task(2 * static_cast<Eigen::Index>(features_.size()), 6);
   for (std::size_t i = 0; i < features_.size(); ++i) {
     const DepthEstimate& e = features_[i].estimate();
@@ -128,10 +127,10 @@ Eigen::VectorXd ExcitingLaw::excitation(const Eigen::MatrixXd& J, double dt) {
   return gentlest(J, task, {speed_ * std::cos(phase_), speed_ * std::sin(phase_)});
 }
 
-Eigen::VectorXd ExcitingLaw::limited(const Eigen::VectorXd& velocity, const Eigen::MatrixXd& J,
-                                     const Eigen::VectorXd& limits) const {
+Velocities ExcitingLaw::limited(const Velocities& velocity, const CameraJacobian& J,
+                                const Velocities& limits) const {
   const double speed = (J * velocity).head<3>().norm();
-  const Eigen::VectorXd slow = velocity * std::min(1., speed_ / std::max(speed, 1e-9));
+  const Velocities slow = velocity * std::min(1., speed_ / std::max(speed, 1e-9));
   return within(kShare * limits, slow);
 }
 
@@ -148,7 +147,7 @@ double ExcitingLaw::shareWithinLimit(const Vector6d& step) const {
   return share;
 }
 
-std::string ExcitingLaw::activity() const {
+const char* ExcitingLaw::activity() const {
   return isOn_ ? "active excitation: the camera moves to learn the depths" : "";
 }
 

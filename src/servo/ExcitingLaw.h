@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "robots/cameraJacobian.h"
 #include "servo/ControlLaw.h"
 
 namespace depthservo {
@@ -25,16 +26,16 @@ class ExcitingLaw : public ControlLaw {
   ExcitingLaw(std::unique_ptr<ControlLaw> law, const LawSetup& setup,
               const PointFeatures& features);
 
-  Eigen::VectorXd command(const ControlInput& now) override;
-  std::optional<Eigen::VectorXd> between(const ControlInput& now) override;
+  Velocities command(const ControlInput& now) override;
+  std::optional<Velocities> between(const ControlInput& now) override;
   bool usesFeatures() const override { return law_->usesFeatures(); }
-  std::string activity() const override;
+  const char* activity() const override;
 
  private:
   bool isNeeded() const;
-  Eigen::VectorXd excitation(const Eigen::MatrixXd& J, double dt);
-  Eigen::VectorXd limited(const Eigen::VectorXd& velocity, const Eigen::MatrixXd& J,
-                          const Eigen::VectorXd& limits) const;
+  Velocities excitation(const CameraJacobian& J, double dt);
+  Velocities limited(const Velocities& velocity, const CameraJacobian& J,
+                     const Velocities& limits) const;
   double shareWithinLimit(const Vector6d& step) const;
   void carryAlong(const RobotModel& robot, double dt);
 
@@ -45,7 +46,7 @@ class ExcitingLaw : public ControlLaw {
   double lastTime_s_ = -1, phase_ = 0;
   Vector6d displacement_ = Vector6d::Zero();  // of the camera by all excitation [m, rad]
   bool isOn_ = false, isReturning_ = false;
-  Eigen::VectorXd added_;  // velocities, n; none before the first command
+  Velocities added_;  // velocities, n; none before the first command
 };
 
 }  // namespace depthservo

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "observation/imageError.h"
@@ -167,13 +168,15 @@ void OutcomeJudge::RunningError::add(const FrameRecord& frame, const RunLog& log
 
 bool OutcomeJudge::isSeen(const RunLog& log) const {
   const double begin_s = log.frames.back().time_s - kHold_s - kTimeSlack_s;
-  std::vector<int> seen;
+  std::array<int, kNeeded> seen{};
+  std::size_t count = 0;
   for (auto frame = log.frames.rbegin(); frame != log.frames.rend(); ++frame) {
     if (frame->time_s < begin_s) break;
     for (const FeatureRecord& feature : frame->features) {
       if (!feature.measured) continue;
-      if (std::find(seen.begin(), seen.end(), feature.id) == seen.end()) seen.push_back(feature.id);
-      if (seen.size() >= needed_) return true;
+      const auto end = seen.begin() + count;
+      if (std::find(seen.begin(), end, feature.id) == end) seen[count++] = feature.id;
+      if (count >= needed_) return true;
     }
   }
   return needed_ == 0;

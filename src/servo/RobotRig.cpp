@@ -121,10 +121,10 @@ struct RobotRig::Parts {
 RobotRig::CameraSpeed RobotRig::greatestCameraSpeed(const RobotOptions& robot) {
   constexpr double kMargin = 1.5, kSlack_v = 0.05, kSlack_w = 0.1;
   const auto model = makeRobot(robot, robot.initial);
-  const Eigen::VectorXd limits = model->velocityLimits();
+  const Velocities limits = model->velocityLimits();
   double v = 0, w = 0;
   for (unsigned signs = 0; signs < 1u << limits.size(); ++signs) {
-    Eigen::VectorXd velocity = limits;
+    Velocities velocity = limits;
     for (Eigen::Index i = 0; i < limits.size(); ++i) {
       if (signs >> i & 1u) velocity[i] = -velocity[i];
     }
@@ -286,7 +286,7 @@ void RobotRig::onObserved(const FrameRecord& frame) {
   if (!areShut && (!wasStopped || isComplete)) p.contradictedSince_s = kUnknown;
 }
 
-void RobotRig::command(const Eigen::VectorXd& velocities) {
+void RobotRig::command(const Velocities& velocities) {
   Parts& p = *parts_;
   const std::lock_guard lock(p.mutex);
   if (velocities.size() == p.wanted.size()) {
@@ -319,7 +319,7 @@ SafetyReason RobotRig::reason() const {
   return parts_->safety.reason();
 }
 
-Eigen::VectorXd RobotRig::wanted() const {
+Velocities RobotRig::wanted() const {
   const std::lock_guard lock(parts_->mutex);
   return parts_->wanted * commonFactor(parts_->wanted, parts_->model->velocityLimits());
 }

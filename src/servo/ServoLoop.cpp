@@ -3,6 +3,7 @@
 #include <visp3/core/vpException.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "depthservo/observation/UnexcitedPeriods.h"
 #include "depthservo/visp/visp.h"
@@ -25,7 +26,7 @@ struct ServoLoop::Parts : Rig::Listener {
         governor(c.hidden_sigma, camera.focal_px()),
         judge(camera, c, o.depth.Z_min, observer.ids().size(),
               r.source().target.hasCorners() ? "corner" : "dot"),
-        lastCommand(Eigen::VectorXd::Zero(r.robot()->velocityLimits().size())) {
+        lastCommand(Velocities::Zero(r.robot()->velocityLimits().size())) {
     for (std::size_t i = 0; i < features.size(); ++i) {
       features[i].set_Z(o.depth.initial);
       features[i].setServoDepth(c.depth);
@@ -39,8 +40,8 @@ struct ServoLoop::Parts : Rig::Listener {
   void onRow(double time_s) override;
   bool onExposure(double time_s, const std::vector<TruePoint>& truth) override;
   void process(const Exposure& exposure);
-  Eigen::VectorXd control(FrameRecord& frame);
-  Eigen::VectorXd commandOf(const FrameRecord& frame);
+  Velocities control(FrameRecord& frame);
+  Velocities commandOf(const FrameRecord& frame);
   void letGoOfTheOld(double now_s);
   void judgeFrame();
   double imageError() const;  // [px]
@@ -54,13 +55,14 @@ struct ServoLoop::Parts : Rig::Listener {
   std::unique_ptr<ControlLaw> law;  // after the features, which it refers to
   SpeedGovernor governor;
   OutcomeJudge judge;
-  std::string activity;         // of the law
-  Eigen::VectorXd lastCommand;  // while tracking, at full speed
+  std::string activity;    // of the law
+  Velocities lastCommand;  // while tracking, at full speed
   std::optional<OutcomeJudge::Verdict> verdict;
   LastLaps controlTimes;  // [s]
   Keep keep = Keep::everything;
   bool hasBegun = false;  // the robot has followed a command
   RunLog log;
+  std::vector<FrameRecord> spares;  // that were let go of
 };
 
 ServoLoop::ServoLoop(Rig& rig, const ObservationOptions& observation, const ControlOptions& control,
@@ -74,7 +76,7 @@ RunLog ServoLoop::run(RunWatcher* watcher, Keep keep) {
   p.keep = keep;
   if (keep == Keep::theOutcome) p.observer.omitDiagnosis();
   while (!p.verdict) {
-    const auto exposure = p.rig.next(&p);
+    auto exposure = p.rig.next(&p);
     if (!exposure) {
       if (!p.verdict) p.verdict = {Outcome::timeout, p.rig.whyEnded()};
       break;
@@ -85,6 +87,7 @@ RunLog ServoLoop::run(RunWatcher* watcher, Keep keep) {
       break;
     }
     p.judgeFrame();
+    p.rig.giveBack(std::move(*exposure));
   }
   p.log.outcome = p.verdict->outcome;
   p.log.reason = p.verdict->reason;
@@ -110,7 +113,12 @@ void ServoLoop::Parts::process(const Exposure& exposure) {
   hasBegun = hasBegun || !rig.isHeld();
   if (!hasBegun) forgetTheOld(log);
   rig.readOdometry(observer.odometry(), exposure.time_s);
-  FrameRecord frame = observer.observe(exposure);
+  FrameRecord spare;
+  if (!spares.empty()) {
+    spare = std::move(spares.back());
+    spares.pop_back();
+  }
+  FrameRecord frame = observer.observe(exposure, std::move(spare));
   rig.describe(frame);
   rig.onObserved(frame);
   takeEvents(log, rig, observer);
@@ -129,10 +137,11 @@ void ServoLoop::Parts::letGoOfTheOld(double now_s) {
   };
   if (log.frames.empty() || !isOld(log.frames[(log.frames.size() - 1) / 2])) return;
   const auto young = std::find_if_not(log.frames.begin(), log.frames.end(), isOld);
+  std::move(log.frames.begin(), young, std::back_inserter(spares));
   log.frames.erase(log.frames.begin(), young);
 }
 
-Eigen::VectorXd ServoLoop::Parts::control(FrameRecord& frame) {
+Velocities ServoLoop::Parts::control(FrameRecord& frame) {
   Stopwatch watch;
   const Basis before = governor.basis();
   if (law->usesFeatures()) {
@@ -151,16 +160,16 @@ Eigen::VectorXd ServoLoop::Parts::control(FrameRecord& frame) {
 }
 
 /// Not finite where the law has none.
-Eigen::VectorXd ServoLoop::Parts::commandOf(const FrameRecord& frame) {
-  Eigen::VectorXd command = Eigen::VectorXd::Constant(lastCommand.size(), kUnknown);
+Velocities ServoLoop::Parts::commandOf(const FrameRecord& frame) {
+  Velocities command = Velocities::Constant(lastCommand.size(), kUnknown);
   try {
     command = law->command(input());
   } catch (const DEPTHSERVO_VISP vpException& error) {
     note(frame.time_s, std::string("no command: ") + error.getMessage());
     return command;
   }
-  const std::string now = law->activity();
-  if (now != activity) note(frame.time_s, now.empty() ? activity + ": ended" : now);
+  const char* now = law->activity();
+  if (now != activity) note(frame.time_s, *now == '\0' ? activity + ": ended" : now);
   activity = now;
   return command;
 }

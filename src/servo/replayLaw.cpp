@@ -37,7 +37,7 @@ class RecordedRobot : public Rig {
     }
   }
   const std::vector<OdometryRow>& odometry() const override { return used_; }
-  void command(const Eigen::VectorXd& velocities) override {
+  void command(const Velocities& velocities) override {
     if (!velocities.allFinite()) return;
     commands_.push_back({now_.time_s, now_.at_s, now_.rows, velocities});
   }

@@ -41,7 +41,7 @@ struct Recording {
 
 Recording recorded(const SimulatedRigOptions& options, const Twist& twist = {}) {
   SimulatedRig rig(options);
-  Eigen::VectorXd command(6);
+  Velocities command(6);
   command << twist.linear, twist.angular;
   rig.command(command);
   Recording recording;

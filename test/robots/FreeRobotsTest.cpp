@@ -17,7 +17,7 @@ using test::Random;
 using test::StillPoint;
 
 /// A still point, followed by integrating the camera twist that the robot says it has.
-void expectStillPoint(SimulatedRobot& robot, const Eigen::VectorXd& command) {
+void expectStillPoint(SimulatedRobot& robot, const Velocities& command) {
   const Eigen::Vector3d wP(1, 2, 3);
   StillPoint point(robot.wMc().inverse() * wP);
   for (int i = 0; i < 10; ++i) {
@@ -36,7 +36,7 @@ TEST(FreeCamera, movesExactlyAsTold) {
     wMc.linear() = Eigen::AngleAxisd(1, random.direction()).matrix();
     wMc.translation() = random.vector(2);
     FreeCamera robot(wMc);
-    Eigen::VectorXd command(6);
+    Velocities command(6);
     command << random.vector(1), random.vector(1);
     expectStillPoint(robot, command);
     expectViSPsTwist(robot, command);
@@ -46,7 +46,7 @@ TEST(FreeCamera, movesExactlyAsTold) {
 TEST(FreeCamera, limitsScaleTheWholeTwist) {
   FreeCamera robot(Eigen::Isometry3d::Identity());
   robot.setLimits(0.1, 1);
-  Eigen::VectorXd command(6);
+  Velocities command(6);
   command << 0.2, 0, 0.1, 0, 0.5, 0;
   EXPECT_MATRIX_NEAR(robot.drive(command, 0.1), (command / 2).eval(), 1e-15);
   command[3] = std::nan("");
@@ -58,7 +58,7 @@ TEST(OmniBase, movesExactlyAsTold) {
   for (int i = 0; i < 20; ++i) {
     OmniBase robot(random.vector(0.3));
     robot.setPose({random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-3, 3)});
-    const Eigen::VectorXd command = random.vector(1);
+    const Velocities command = random.vector(1);
     expectStillPoint(robot, command);
     expectViSPsTwist(robot, command);
   }

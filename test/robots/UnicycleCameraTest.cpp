@@ -158,9 +158,8 @@ TEST(UnicycleCamera, lagIsOfFirstOrder) {
 }
 
 TEST(UnicycleCamera, unusableCommandStopsIt) {
-  for (const Eigen::VectorXd& bad :
-       {Eigen::VectorXd(Command(kNaN, .1)), Eigen::VectorXd(Command(.1, kInf)),
-        Eigen::VectorXd(Eigen::Vector3d(.1, .1, .1)), Eigen::VectorXd()}) {
+  for (const Velocities& bad : {Velocities(Command(kNaN, .1)), Velocities(Command(.1, kInf)),
+                                Velocities(Eigen::Vector3d(.1, .1, .1)), Velocities()}) {
     UnicycleCamera robot({.1, 0, 0});
     robot.drive(Command(.4, .2), .1);
     const UnicycleCamera::Pose pose = robot.pose();
@@ -189,7 +188,7 @@ TEST(UnicycleCamera, velocityIsWhatWasReallyApplied) {
   for (int i = 0; i < 50; ++i) {
     const Eigen::Isometry3d before = robot.wMc();
     const double dt = 1e-4;
-    const Eigen::VectorXd returned =
+    const Velocities returned =
         robot.drive(Command(random.uniform(-3, 3), random.uniform(-3, 3)), dt);
     EXPECT_MATRIX_NEAR(robot.velocity(), returned, 0);
     EXPECT_MATRIX_NEAR(vector(robot.cameraTwist(robot.velocity())),

@@ -182,7 +182,7 @@ TEST(ActiveExcitation, leads_back_to_a_given_profile) {
 TEST(ActiveExcitation, keeps_its_speed_where_the_robot_is_at_its_limits) {
   const RunLog log = run(kNearAxis, {}, {"control.profile=[{until: 10, v: [0, 0, 2, 0, 0, 0]}]"});
   for (std::size_t k = 5; k < 10; ++k) {
-    const Eigen::VectorXd& v = log.frames[k].applied;
+    const Velocities& v = log.frames[k].applied;
     EXPECT_NEAR(v.head<2>().norm(), .05, 1e-3);
     EXPECT_NEAR(v[2], .5, 1e-3);
   }

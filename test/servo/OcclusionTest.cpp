@@ -43,7 +43,7 @@ std::string halvesInTurn() {
 }
 
 /// What a robot can do of a command.
-Eigen::VectorXd withinSpeedLimits(const Eigen::VectorXd& command, const Scenario& scenario) {
+Velocities withinSpeedLimits(const Velocities& command, const Scenario& scenario) {
   const double excess = std::max({1.0, std::abs(command[0]) / scenario.robot.limits.v,
                                   std::abs(command[1]) / scenario.robot.limits.w});
   return command / excess;
@@ -57,8 +57,8 @@ TEST_P(EveryEstimator, half_of_the_points_hidden_in_turn_gives_no_step_in_the_co
   EXPECT_EQ(log.outcome, Outcome::converged) << log.reason;
   const double period_s = 1 / scenario.camera.rate.front();
   for (std::size_t k = kKnown; k < log.frames.size(); ++k) {
-    const Eigen::VectorXd step = withinSpeedLimits(log.frames[k].command, scenario) -
-                                 withinSpeedLimits(log.frames[k - 1].command, scenario);
+    const Velocities step = withinSpeedLimits(log.frames[k].command, scenario) -
+                            withinSpeedLimits(log.frames[k - 1].command, scenario);
     ASSERT_LE(std::abs(step[0]), scenario.robot.limits.dv * period_s) << log.frames[k].time_s;
     ASSERT_LE(std::abs(step[1]), scenario.robot.limits.dw * period_s) << log.frames[k].time_s;
   }

@@ -135,7 +135,7 @@ class Commands : public CommandSink {
     ++count;
     return true;
   }
-  Eigen::VectorXd last;
+  Velocities last;
   int count = 0;
 };
 

@@ -11,7 +11,7 @@
 namespace depthservo::test {
 
 /// cVe eJe q against cameraTwist(q).
-inline void expectViSPsTwist(const SimulatedRobot& robot, const Eigen::VectorXd& q) {
+inline void expectViSPsTwist(const SimulatedRobot& robot, const Velocities& q) {
   const DEPTHSERVO_VISP vpMatrix J = DEPTHSERVO_VISP vpMatrix(robot.cVe()) * robot.eJe();
   ASSERT_EQ(J.getRows(), 6u);
   ASSERT_EQ(J.getCols(), q.size());
@@ -47,7 +47,7 @@ inline double errorAfterServoing(SimulatedRobot& robot, const std::array<Eigen::
     look(robot.wMc(), s);
     task.set_eJe(robot.eJe());
     const DEPTHSERVO_VISP vpColVector q = task.computeControlLaw();
-    robot.drive(Eigen::Map<const Eigen::VectorXd>(q.data, q.size()), period_s);
+    robot.drive(Eigen::Map<const Velocities>(q.data, q.size()), period_s);
   }
   return task.getError().frobeniusNorm();
 }

@@ -5,6 +5,7 @@
 
 #include "depthservo/api.h"
 #include "depthservo/motion/Flow.h"
+#include "depthservo/motion/Velocities.h"
 
 namespace depthservo {
 
@@ -17,6 +18,9 @@ namespace depthservo {
 /// Only depths at the goal enter. s = (x_1, y_1, ..., x_n, y_n), normalised.
 class DEPTHSERVO_API TaskFunction {
  public:
+  /// A number for each degree of freedom (d), of which there are at most six.
+  using Error = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1>;
+
   /// Degrees of freedom of a camera with a horizontal optical axis on a robot on the floor: vx, vz
   /// and wy of (vx, vy, vz, wx, wy, wz).
   static std::vector<int> planar() { return {0, 2, 4}; }
@@ -27,13 +31,13 @@ class DEPTHSERVO_API TaskFunction {
   TaskFunction(const std::vector<PointState>& desired, std::vector<int> degreesOfFreedom);
 
   /// e (d) at the features s (2n): to first order the camera's way from the goal [m, rad].
-  Eigen::VectorXd error(const Eigen::VectorXd& s) const { return C_ * (s - s_star_); }
+  Error error(const Eigen::VectorXd& s) const;
 
   /// Velocities of the robot. \param s 2n \param cameraJacobian 6xd, camera twist by robot
   /// velocities: cVe eJe \param gain [1/s]. Zero when the Jacobian is singular or anything is not
-  /// finite.
-  Eigen::VectorXd command(const Eigen::VectorXd& s, const Eigen::MatrixXd& cameraJacobian,
-                          double gain) const;
+  /// finite. \rtsafe
+  Velocities command(const Eigen::VectorXd& s,
+                     const Eigen::Ref<const Eigen::MatrixXd>& cameraJacobian, double gain) const;
 
   const Eigen::VectorXd& desired() const { return s_star_; }  ///< s* (2n)
   const Eigen::MatrixXd& C() const { return C_; }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "depthservo/api.h"
+#include "depthservo/motion/Velocities.h"
 
 namespace depthservo {
 
@@ -22,9 +23,9 @@ struct VelocitySegment {
 /// Velocities over the whole run; zero after the last segment.
 using VelocityProfile = std::vector<VelocitySegment>;
 
-/// The velocities of a profile at a time [s]. \param size how many there are
-DEPTHSERVO_API Eigen::VectorXd velocityAt(const VelocityProfile& profile, double time_s,
-                                          Eigen::Index size);
+/// The velocities of a profile at a time [s]. \param size how many there are, at most 8
+DEPTHSERVO_API Velocities velocityAt(const VelocityProfile& profile, double time_s,
+                                     Eigen::Index size);
 
 /// Why this cannot be a profile of `size` velocities; empty: it can.
 DEPTHSERVO_API std::string objection(const VelocityProfile& profile, std::size_t size);

@@ -40,7 +40,8 @@ class DEPTHSERVO_API Observer {
   /// The odometry so far; rows are added by whoever has them, in time for their image.
   MotionBuffer& odometry();
 
-  FrameRecord observe(const Exposure& exposure);
+  /// \param spare a record that is no longer needed, whose memory is used again
+  FrameRecord observe(const Exposure& exposure, FrameRecord spare = {});
 
   /// As of the last image.
   const PointSetEstimator& estimator() const;

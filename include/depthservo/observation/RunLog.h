@@ -17,6 +17,7 @@
 #include "depthservo/depth/MeasurementNoise.h"
 #include "depthservo/motion/OdometryRow.h"
 #include "depthservo/motion/Twist.h"
+#include "depthservo/motion/Velocities.h"
 #include "depthservo/observation/Film.h"
 #include "depthservo/pose/FrameRateConditions.h"
 
@@ -45,10 +46,10 @@ struct FeatureRecord {
 struct FrameRecord {
   double time_s = 0;
   double error_px =
-      kUnknown;             ///< rms distance of the features to their goals [px]; not in a replay
-  Eigen::VectorXd command;  ///< robot velocities asked for (v [m/s], w [rad/s]); not in a replay
-  Eigen::VectorXd applied;  ///< the same after limits and actuators
-  Twist twist;              ///< of the camera, as measured by odometry
+      kUnknown;        ///< rms distance of the features to their goals [px]; not in a replay
+  Velocities command;  ///< robot velocities asked for (v [m/s], w [rad/s]); not in a replay
+  Velocities applied;  ///< the same after limits and actuators
+  Twist twist;         ///< of the camera, as measured by odometry
   Eigen::Vector3d robotPose{kUnknown, kUnknown, kUnknown};  ///< x, y [m], theta [rad] in the world
   std::vector<FeatureRecord> features;
 };

@@ -8,6 +8,7 @@
 
 #include "depthservo/api.h"
 #include "depthservo/motion/MotionBuffer.h"
+#include "depthservo/motion/Velocities.h"
 #include "depthservo/observation/Exposure.h"
 #include "depthservo/observation/ObservedSource.h"
 #include "depthservo/observation/RunLog.h"
@@ -39,6 +40,9 @@ class DEPTHSERVO_API Rig {
   /// Waits for the next image that arrives; none: it was the last. \param listener may be null
   virtual std::optional<Exposure> next(Listener* listener = nullptr) = 0;
 
+  /// Takes an exposure that is no longer needed, to use its memory again.
+  virtual void giveBack(Exposure /*exposure*/) {}
+
   /// Adds the rows that are known by now and matter for an image of this time [s].
   virtual void readOdometry(MotionBuffer& odometry, double time_s) = 0;
 
@@ -46,7 +50,7 @@ class DEPTHSERVO_API Rig {
   virtual const std::vector<OdometryRow>& odometry() const = 0;
 
   /// Velocities that the robot shall have from now on. A recorded one ignores them.
-  virtual void command(const Eigen::VectorXd& /*velocities*/) {}
+  virtual void command(const Velocities& /*velocities*/) {}
 
   /// What was observed in an image, before the command that follows from it.
   virtual void onObserved(const FrameRecord& /*frame*/) {}

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "depthservo/api.h"
+#include "depthservo/motion/Velocities.h"
 #include "depthservo/rig/DurationHistogram.h"
 #include "depthservo/rig/SimulatedRigOptions.h"
 
@@ -32,7 +33,7 @@ struct RobotServerReport {
   /// that had one; real time only.
   DurationHistogram latency;
   Eigen::Vector3d pose = Eigen::Vector3d::Zero();  ///< x, y [m], theta [rad] at the end
-  Eigen::VectorXd velocity;                        ///< then
+  Velocities velocity;                             ///< then
   double goalError_px = 0;  ///< rms distance of the points to those seen from robot.goal; NaN: none
   std::string whyEnded;     ///< a sentence
 };

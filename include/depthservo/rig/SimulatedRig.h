@@ -20,9 +20,10 @@ class DEPTHSERVO_API SimulatedRig : public Rig {
 
   const ObservedSource& source() const override;
   std::optional<Exposure> next(Listener* listener) override;
+  void giveBack(Exposure exposure) override;
   void readOdometry(MotionBuffer& odometry, double time_s) override;
   const std::vector<OdometryRow>& odometry() const override;
-  void command(const Eigen::VectorXd& velocities) override;
+  void command(const Velocities& velocities) override;
   const RobotModel* robot() const override;
   void describe(FrameRecord& frame) const override;
   double time() const override;

@@ -13,15 +13,15 @@ namespace depthservo {
 /// common factor.
 class DEPTHSERVO_API FreeCamera : public SimulatedRobot {
  public:
-  explicit FreeCamera(const Eigen::Isometry3d& wMc) : wMc_(wMc) {}
+  explicit FreeCamera(const Eigen::Isometry3d& wMc) : wMc_(wMc) { eJe_.eye(6); }
 
   /// \param velocity greatest |v| of each axis [m/s] \param turnRate of each axis [rad/s]
   void setLimits(double velocity, double turnRate);
 
-  void accelerate(const Eigen::VectorXd& command, double dt) override;
+  void accelerate(const Velocities& command, double dt) override;
   void move(double dt) override;
-  Eigen::VectorXd velocity() const override { return velocity_; }
-  Eigen::VectorXd velocityLimits() const override { return limits_; }
+  Velocities velocity() const override { return velocity_; }
+  Velocities velocityLimits() const override { return limits_; }
   std::vector<std::string> velocityNames() const override {
     return {"vx [m/s]", "vy [m/s]", "vz [m/s]", "wx [rad/s]", "wy [rad/s]", "wz [rad/s]"};
   }
@@ -31,13 +31,16 @@ class DEPTHSERVO_API FreeCamera : public SimulatedRobot {
     return {wMc_.translation().x(), wMc_.translation().y(), std::atan2(axis.y(), axis.x())};
   }
   Mobility mobility() const override { return Mobility::full; }
-  Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
+  Twist cameraTwist(const Velocities& velocity) const override;
   Eigen::Isometry3d wMc() const override { return wMc_; }
-  DEPTHSERVO_VISP vpMatrix eJe() const override;                             ///< 6x6, the identity
-  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override { return {}; }  ///< the identity
+  /// The identity, both.
+  const DEPTHSERVO_VISP vpMatrix& eJe() const override { return eJe_; }
+  const DEPTHSERVO_VISP vpVelocityTwistMatrix& cVe() const override { return cVe_; }
 
  private:
   Eigen::Isometry3d wMc_;
+  DEPTHSERVO_VISP vpMatrix eJe_;
+  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe_;
   Vector6d limits_ = Vector6d::Constant(std::numeric_limits<double>::infinity());
   Vector6d velocity_ = Vector6d::Zero();
 };

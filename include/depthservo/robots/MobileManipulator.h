@@ -42,26 +42,26 @@ class DEPTHSERVO_API MobileManipulator : public SimulatedRobot {
     Eigen::Vector3d joints = Eigen::Vector3d::Zero();  ///< q1, q2, q3 [rad]
   };
 
-  explicit MobileManipulator(const Geometry& geometry) : geometry_(geometry) {}
+  explicit MobileManipulator(const Geometry& geometry);
 
-  void setState(const State& state) { state_ = state; }
+  void setState(const State& state);
   const State& state() const { return state_; }
 
   /// Greatest |v| [m/s], |w|, |q1'|, |q2'|, |q3'| [rad/s]; infinite by default.
   void setLimits(const Vector5d& limits) { limits_ = limits; }
 
-  void accelerate(const Eigen::VectorXd& command, double dt) override;
+  void accelerate(const Velocities& command, double dt) override;
   void move(double dt) override;
-  Eigen::VectorXd velocity() const override { return velocity_; }
-  Eigen::VectorXd velocityLimits() const override { return limits_; }
+  Velocities velocity() const override { return velocity_; }
+  Velocities velocityLimits() const override { return limits_; }
   std::vector<std::string> velocityNames() const override;
   Eigen::Vector3d floorPose() const override { return {state_.x, state_.y, state_.theta}; }
-  Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
+  Twist cameraTwist(const Velocities& velocity) const override;
   Eigen::Isometry3d wMc() const override { return wMcAt(state_); }
 
   /// 6x5; e is at the tip: x along the forearm, y left, z up. Changes with the joints.
-  DEPTHSERVO_VISP vpMatrix eJe() const override;
-  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override;  ///< 6x6, constant
+  const DEPTHSERVO_VISP vpMatrix& eJe() const override { return eJe_; }
+  const DEPTHSERVO_VISP vpVelocityTwistMatrix& cVe() const override { return cVe_; }  ///< constant
 
   /// Pose of the camera when the robot is in `state`.
   Eigen::Isometry3d wMcAt(const State& state) const;
@@ -71,6 +71,8 @@ class DEPTHSERVO_API MobileManipulator : public SimulatedRobot {
 
  private:
   Geometry geometry_;
+  DEPTHSERVO_VISP vpMatrix eJe_;
+  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe_;
   State state_;
   Vector5d limits_ = Vector5d::Constant(std::numeric_limits<double>::infinity());
   Vector5d velocity_ = Vector5d::Zero();

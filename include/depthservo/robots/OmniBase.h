@@ -21,7 +21,7 @@ class DEPTHSERVO_API OmniBase : public SimulatedRobot {
   };
 
   /// \param offset (rx, ry, rz) [m]
-  explicit OmniBase(const Eigen::Vector3d& offset) : offset_(offset) {}
+  explicit OmniBase(const Eigen::Vector3d& offset);
 
   void setPose(const Pose& pose) { pose_ = pose; }
   const Pose& pose() const { return pose_; }
@@ -29,21 +29,23 @@ class DEPTHSERVO_API OmniBase : public SimulatedRobot {
   /// Greatest |vx|, |vy| [m/s] and |w| [rad/s].
   void setLimits(const Eigen::Vector3d& limits) { limits_ = limits; }
 
-  void accelerate(const Eigen::VectorXd& command, double dt) override;
+  void accelerate(const Velocities& command, double dt) override;
   void move(double dt) override;
-  Eigen::VectorXd velocity() const override { return velocity_; }
-  Eigen::VectorXd velocityLimits() const override { return limits_; }
+  Velocities velocity() const override { return velocity_; }
+  Velocities velocityLimits() const override { return limits_; }
   std::vector<std::string> velocityNames() const override {
     return {"vx [m/s]", "vy [m/s]", "w [rad/s]"};
   }
   Eigen::Vector3d floorPose() const override { return {pose_.x, pose_.y, pose_.theta}; }
-  Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
+  Twist cameraTwist(const Velocities& velocity) const override;
   Eigen::Isometry3d wMc() const override;
-  DEPTHSERVO_VISP vpMatrix eJe() const override;               ///< 6x3
-  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override;  ///< 6x6
+  const DEPTHSERVO_VISP vpMatrix& eJe() const override { return eJe_; }  ///< 6x3
+  const DEPTHSERVO_VISP vpVelocityTwistMatrix& cVe() const override { return cVe_; }
 
  private:
   Eigen::Vector3d offset_;
+  DEPTHSERVO_VISP vpMatrix eJe_;
+  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe_;
   Pose pose_;
   Eigen::Vector3d limits_ = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();

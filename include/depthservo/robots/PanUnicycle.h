@@ -45,25 +45,25 @@ class DEPTHSERVO_API PanUnicycle : public SimulatedRobot {
     double pan = 0;       ///< [rad]
   };
 
-  explicit PanUnicycle(const Geometry& geometry) : geometry_(geometry) {}
+  explicit PanUnicycle(const Geometry& geometry);
 
-  void setState(const State& state) { state_ = state; }
+  void setState(const State& state);
   const State& state() const { return state_; }
 
   void setLimits(const PanUnicycleLimits& limits) { limits_ = limits; }
 
-  void accelerate(const Eigen::VectorXd& command, double dt) override;
+  void accelerate(const Velocities& command, double dt) override;
   void move(double dt) override;
-  Eigen::VectorXd velocity() const override { return velocity_; }
-  Eigen::VectorXd velocityLimits() const override { return limits_.velocity; }
+  Velocities velocity() const override { return velocity_; }
+  Velocities velocityLimits() const override { return limits_.velocity; }
   std::vector<std::string> velocityNames() const override {
     return {"v [m/s]", "w [rad/s]", "pan [rad/s]"};
   }
   Eigen::Vector3d floorPose() const override { return {state_.x, state_.y, state_.theta}; }
-  Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
+  Twist cameraTwist(const Velocities& velocity) const override;
   Eigen::Isometry3d wMc() const override { return wMcAt(state_); }
-  DEPTHSERVO_VISP vpMatrix eJe() const override;               ///< 6x3
-  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override;  ///< 6x6, constant
+  const DEPTHSERVO_VISP vpMatrix& eJe() const override { return eJe_; }               ///< 6x3
+  const DEPTHSERVO_VISP vpVelocityTwistMatrix& cVe() const override { return cVe_; }  ///< constant
 
   /// Pose of the camera when the robot is in `state`.
   Eigen::Isometry3d wMcAt(const State& state) const;
@@ -79,6 +79,8 @@ class DEPTHSERVO_API PanUnicycle : public SimulatedRobot {
   Eigen::Vector3d limited(const Eigen::Vector3d& command, double dt) const;
 
   Geometry geometry_;
+  DEPTHSERVO_VISP vpMatrix eJe_;
+  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe_;
   State state_;
   PanUnicycleLimits limits_;
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();

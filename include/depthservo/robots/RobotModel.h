@@ -9,6 +9,7 @@
 
 #include "depthservo/api.h"
 #include "depthservo/motion/Twist.h"
+#include "depthservo/motion/Velocities.h"
 #include "depthservo/pose/PoseRegulation.h"
 #include "depthservo/visp/visp.h"
 
@@ -21,10 +22,10 @@ class DEPTHSERVO_API RobotModel {
   virtual ~RobotModel() = default;
 
   /// Velocities that it has; n zeros before the first command.
-  virtual Eigen::VectorXd velocity() const = 0;
+  virtual Velocities velocity() const = 0;
 
   /// Greatest size of each velocity, n; infinite where there is no limit.
-  virtual Eigen::VectorXd velocityLimits() const = 0;
+  virtual Velocities velocityLimits() const = 0;
 
   /// What the n velocities are, with their units: "v [m/s]".
   virtual std::vector<std::string> velocityNames() const = 0;
@@ -33,10 +34,10 @@ class DEPTHSERVO_API RobotModel {
   virtual Mobility mobility() const { return Mobility::planar; }
 
   /// Camera twist at the velocities qdot, in the camera frame.
-  virtual Twist cameraTwist(const Eigen::VectorXd& velocity) const = 0;
+  virtual Twist cameraTwist(const Velocities& velocity) const = 0;
 
-  virtual DEPTHSERVO_VISP vpMatrix eJe() const = 0;               ///< 6xn
-  virtual DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const = 0;  ///< 6x6
+  virtual const DEPTHSERVO_VISP vpMatrix& eJe() const = 0;               ///< 6xn
+  virtual const DEPTHSERVO_VISP vpVelocityTwistMatrix& cVe() const = 0;  ///< 6x6
 };
 
 }  // namespace depthservo

@@ -5,6 +5,7 @@
 
 #include "depthservo/api.h"
 #include "depthservo/motion/RpyPose.h"
+#include "depthservo/motion/Velocities.h"
 #include "depthservo/text/Refuse.h"
 
 namespace depthservo {
@@ -57,7 +58,7 @@ struct RobotOptions {
 
 /// Limits of each velocity of a robot, n.
 struct RobotVelocityLimits {
-  Eigen::VectorXd velocity, acceleration, braking;
+  Velocities velocity, acceleration, braking;
 };
 DEPTHSERVO_API RobotVelocityLimits velocityLimits(RobotKind robot, const RobotLimits& limits);
 

@@ -12,14 +12,14 @@ class DEPTHSERVO_API SimulatedRobot : public RobotModel {
  public:
   /// Moves for dt [s] with the command qdot (n velocities), after limits and actuators. A command
   /// that is not finite or of another size stops the robot. Returns the velocities really applied.
-  Eigen::VectorXd drive(const Eigen::VectorXd& command, double dt) {
+  Velocities drive(const Velocities& command, double dt) {
     accelerate(command, dt);
     move(dt);
     return velocity();
   }
 
   /// Takes the velocities to which limits and actuators bring this command within dt [s].
-  virtual void accelerate(const Eigen::VectorXd& command, double dt) = 0;
+  virtual void accelerate(const Velocities& command, double dt) = 0;
 
   /// Moves for dt [s] with the velocities that it has.
   virtual void move(double dt) = 0;

@@ -44,16 +44,16 @@ class DEPTHSERVO_API UnicycleCamera : public SimulatedRobot {
   /// Slip: velocities (v, w) added to what the actuators do, from now on.
   void setDisturbance(const Eigen::Vector2d& disturbance) { disturbance_ = disturbance; }
 
-  void accelerate(const Eigen::VectorXd& command, double dt) override;
+  void accelerate(const Velocities& command, double dt) override;
   void move(double dt) override;
-  Eigen::VectorXd velocity() const override { return velocity_; }
-  Eigen::VectorXd velocityLimits() const override { return Eigen::Vector2d(limits_.v, limits_.w); }
+  Velocities velocity() const override { return velocity_; }
+  Velocities velocityLimits() const override { return Eigen::Vector2d(limits_.v, limits_.w); }
   std::vector<std::string> velocityNames() const override { return {"v [m/s]", "w [rad/s]"}; }
   Eigen::Vector3d floorPose() const override { return {pose_.x, pose_.y, pose_.theta}; }
-  Twist cameraTwist(const Eigen::VectorXd& velocity) const override;
+  Twist cameraTwist(const Velocities& velocity) const override;
   Eigen::Isometry3d wMc() const override { return wMcAt(pose_); }
-  DEPTHSERVO_VISP vpMatrix eJe() const override;
-  DEPTHSERVO_VISP vpVelocityTwistMatrix cVe() const override { return cVe_; }
+  const DEPTHSERVO_VISP vpMatrix& eJe() const override { return eJe_; }
+  const DEPTHSERVO_VISP vpVelocityTwistMatrix& cVe() const override { return cVe_; }
 
   /// Pose of the camera when the robot is at `pose`.
   Eigen::Isometry3d wMcAt(const Pose& pose) const;
@@ -70,6 +70,7 @@ class DEPTHSERVO_API UnicycleCamera : public SimulatedRobot {
   Eigen::Vector2d actuators_ = Eigen::Vector2d::Zero();  // what they do
   Eigen::Vector2d disturbance_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d velocity_ = Eigen::Vector2d::Zero();
+  DEPTHSERVO_VISP vpMatrix eJe_;
   DEPTHSERVO_VISP vpVelocityTwistMatrix cVe_;
 };
 

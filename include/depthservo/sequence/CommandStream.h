@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "depthservo/api.h"
+#include "depthservo/motion/Velocities.h"
 
 namespace depthservo {
 
@@ -19,7 +19,7 @@ struct CommandRow {
   double time_s = 0;           ///< when it was sent, of the clock that images and twists carry [s]
   double ttl_s = 0;            ///< time to live: the robot stops at time_s + ttl_s [s]
   double image_s = 0;          ///< time of the image that it follows from; NaN: of none [s]
-  Eigen::VectorXd velocities;  ///< n
+  Velocities velocities;       ///< n
 };
 
 /// Lines `sequence,timestamp,ttl,image,...`, then the robot's own names: `v,w`. NaN stands as

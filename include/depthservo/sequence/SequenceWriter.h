@@ -11,6 +11,7 @@
 #include "depthservo/api.h"
 #include "depthservo/camera/PinholeCamera.h"
 #include "depthservo/motion/Twist.h"
+#include "depthservo/motion/Velocities.h"
 #include "depthservo/sequence/Sequence.h"
 #include "depthservo/target/DotTarget.h"
 #include "depthservo/text/NewFolder.h"
@@ -40,10 +41,10 @@ struct SequenceSettings {
 
 /// What a law commanded after an image.
 struct LawCommand {
-  double time_s = 0;           ///< of the image
-  double at_s = 0;             ///< by the clock of the images: later where they come late [s]
-  std::size_t rows = 0;        ///< of odometry that were known then
-  Eigen::VectorXd velocities;  ///< n, finite
+  double time_s = 0;      ///< of the image
+  double at_s = 0;        ///< by the clock of the images: later where they come late [s]
+  std::size_t rows = 0;   ///< of odometry that were known then
+  Velocities velocities;  ///< n, finite
 };
 
 /// Lines of commands.csv. \param velocityNames "v [m/s]"

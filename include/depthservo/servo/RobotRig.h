@@ -61,7 +61,7 @@ class DEPTHSERVO_API RobotRig : public Rig {
   std::optional<Exposure> next(Listener* listener) override;
   void readOdometry(MotionBuffer& odometry, double time_s) override;
   const std::vector<OdometryRow>& odometry() const override;
-  void command(const Eigen::VectorXd& velocities) override;
+  void command(const Velocities& velocities) override;
   const RobotModel* robot() const override;
   void describe(FrameRecord& frame) const override;
   void onObserved(const FrameRecord& frame) override;
@@ -77,7 +77,7 @@ class DEPTHSERVO_API RobotRig : public Rig {
   /// Why the robot is held now.
   SafetyReason reason() const;
   /// What the law asks for, within the limits of velocity, whatever is done about it.
-  Eigen::VectorXd wanted() const;
+  Velocities wanted() const;
   const RobotRigCounts& counts() const;
 
  private:

@@ -1,13 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
-
 #include "depthservo/api.h"
+#include "depthservo/motion/Velocities.h"
 
 namespace depthservo {
-
-/// Velocities of a robot; never on the heap.
-using Velocities = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 8, 1>;
 
 /// What may be commanded, n each.
 struct SafetyLimits {
