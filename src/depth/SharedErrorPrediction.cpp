@@ -183,8 +183,8 @@ void SharedErrorFilter::predict(const Step& step) {
       p.y += C(1, latency_) * step.missing_s;
       p.chi += C(2, latency_) * step.missing_s;
     }
+    const Eigen::Matrix<double, 3, 6> L = rateByTwist(after);
     if (slot.place != kNone) {
-      const Eigen::Matrix<double, 3, 6> L = rateByTwist(after);
       F_[slot.place] = F;
       C_[slot.place] = C;
       G_[slot.place] << std::sqrt(noise_.variance_t) * L.leftCols<3>(),
@@ -192,7 +192,6 @@ void SharedErrorFilter::predict(const Step& step) {
       p.phase = Phase::coasting;
       continue;
     }
-    const Eigen::Matrix<double, 3, 6> L = rateByTwist(after);
     const Eigen::Matrix3d P =
         F * covariance(p) * F.transpose() +
         variance_alone * L.leftCols<3>() * L.leftCols<3>().transpose() +
