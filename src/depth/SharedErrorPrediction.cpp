@@ -17,10 +17,10 @@ using detail::setCovariance;
 using Phase = FilterPoint::Phase;
 
 /// The told twist is averaged over this time [s] for what a latency does, since its noise also errs
-/// in the motion itself and would pass for a latency (errors in variables). A change far beyond the
-/// noise, as when a robot sets off, is followed at once.
+/// in the motion itself and would pass for a latency (errors in variables). A change within the
+/// noise is not followed at all; one far beyond it, as when a robot sets off, at once.
 constexpr double kSteady_s = 0.5;
-constexpr double kFarBeyond = 25;  // sigma
+constexpr double kWithin = 3, kFarBeyond = 25;  // sigma
 
 /// An instant is as long [s].
 constexpr double kInstant_s = 1e-3;
@@ -28,10 +28,11 @@ constexpr double kInstant_s = 1e-3;
 /// How much of a change of the twist's linear or angular part to follow. \param sigma of the noise
 /// of each component
 Eigen::Vector3d followed(const Eigen::Vector3d& change, double sigma, double dt) {
-  const double squared = change.squaredNorm(), noise = 3 * kFarBeyond * kFarBeyond * sigma * sigma;
+  const double squared = change.squaredNorm(), noise = 3 * sigma * sigma;
   if (!(squared > 0)) return Eigen::Vector3d::Zero();
-  const double ratio = noise / squared;
-  return std::max(std::min(1., dt / kSteady_s), 1 / (1 + ratio * ratio)) * change;
+  const double ratio = kFarBeyond * kFarBeyond * noise / squared;
+  const double real = std::max(0., 1 - kWithin * kWithin * noise / squared);
+  return real * std::max(std::min(1., dt / kSteady_s), 1 / (1 + ratio * ratio)) * change;
 }
 
 /// How much slip changes the speed from one image to the next [m/s].

@@ -117,6 +117,7 @@ ConsistencyMonitor::Diagnosis SelfDiagnosis::diagnosis() const {
   if (!(time_s_ - first_s_ > kLearning_s)) return now;
   if (nis_.images > kFewestImages && nis_.mean() > kDoubtfulNis) {
     if (!(nis_.mean() > kNoisyNis)) return now;
+    if (white == Cause::movingTarget) return monitor_.diagnosis();
     now.cause = Cause::noise;
     now.size = nis_.mean() / 2;
     now.evidence = (nis_.mean() - 2) * std::sqrt(nis_.images) / 2;  // points have it in common
@@ -230,8 +231,14 @@ std::optional<std::string> SelfDiagnosis::update(
   return {};
 }
 
+/// While the profile does not explain the innovations sigma reckons with what does, by the monitor
+/// or by their size.
 double SelfDiagnosis::varianceFactor() const {
-  if (learner_ && !isMotionWrong()) return 1;
+  if (learner_ && !isMotionWrong()) {
+    if (!(learner_->meanNis() > kNoisyNis)) return 1;
+    const bool isMoving = monitor_.diagnosis().cause == Cause::movingTarget;
+    return isMoving ? monitor_.varianceFactor() : learner_->meanNis() / 2;
+  }
   const bool isCompensated = joint_ && joint_->estimates(monitor_.diagnosis().cause);
   return isCompensated ? 1 : monitor_.varianceFactor();
 }

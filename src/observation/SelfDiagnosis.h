@@ -36,7 +36,7 @@ class DEPTHSERVO_INNER SelfDiagnosis {
   }
 
   /// The estimate with its variance inflated by mean NIS / 2 while innovations are larger than
-  /// declared.
+  /// declared, or than the profile explains; of a target that moves by what that may do.
   DepthEstimate honest(DepthEstimate estimate) const;
 
   /// More images like the last until sigma_Z is below 5 % of Z; 0: it is; infinite: never.
