@@ -103,7 +103,7 @@ SharedErrorFilter::Seen SharedErrorFilter::seen(const Slot& slot) const {
   const double age_s = time_s_ - slot.first_s;
   seen.byPose = asWhite(position_, dt_, age_s) * L.leftCols<3>() * L.leftCols<3>().transpose() +
                 asWhite(angle_, dt_, age_s) * L.rightCols<3>() * L.rightCols<3>().transpose();
-  if (latency_ != kNone) {
+  if (latency_ != kNone && options_.allowsUnfollowed) {
     const Eigen::Vector2d unfollowed = L * behind_;
     seen.byPose += P_(latency_, latency_) * unfollowed * unfollowed.transpose();
   }

@@ -25,14 +25,27 @@ constexpr double kWithin = 3, kFarBeyond = 25;  // sigma
 /// An instant is as long [s].
 constexpr double kInstant_s = 1e-3;
 
+/// Share of the square of a change that noise of so much in each component does not explain.
+double beyond(double sigma, const Eigen::Vector3d& change) {
+  const double squared = change.squaredNorm();
+  return squared > 0 ? std::max(0., 1 - 3 * sigma * sigma / squared) : 0;
+}
+
 /// How much of a change of the twist's linear or angular part to follow. \param sigma of the noise
 /// of each component
 Eigen::Vector3d followed(const Eigen::Vector3d& change, double sigma, double dt) {
-  const double squared = change.squaredNorm(), noise = 3 * sigma * sigma;
+  const double squared = change.squaredNorm(), far = 3 * std::pow(kFarBeyond * sigma, 2);
   if (!(squared > 0)) return Eigen::Vector3d::Zero();
-  const double ratio = kFarBeyond * kFarBeyond * noise / squared;
-  const double real = std::max(0., 1 - kWithin * kWithin * noise / squared);
-  return real * std::max(std::min(1., dt / kSteady_s), 1 / (1 + ratio * ratio)) * change;
+  const double ratio = far / squared;
+  return beyond(kWithin * sigma, change) *
+         std::max(std::min(1., dt / kSteady_s), 1 / (1 + ratio * ratio)) * change;
+}
+
+/// What of a change is left, as white noise: it lasts until the average has followed.
+Eigen::Vector3d leftOver(const Eigen::Vector3d& change, const Eigen::Vector3d& followed,
+                         double sigma, double dt) {
+  const double times = GaussMarkov{1, kSteady_s}.asWhite(dt);
+  return std::sqrt(beyond(sigma, change) * times) * (change - followed);
 }
 
 /// How much slip changes the speed from one image to the next [m/s].
@@ -122,10 +135,11 @@ void SharedErrorFilter::followTwist(const MotionBuffer& odometry, double begin_s
     return std::sqrt(variance + 2 * ofPoses.sigma() * ofPoses.sigma()) / dt;
   };
   const double sigma_v = std::hypot(sigma(noise.variance_t, position_), slipped(e.slip, now, dt));
+  const double sigma_w = sigma(noise.variance_theta, angle_);
   const Vector6d change = now - steady_;
-  step.change << followed(change.head<3>(), sigma_v, dt),
-      followed(change.tail<3>(), sigma(noise.variance_theta, angle_), dt);
-  step.behind = std::sqrt(GaussMarkov{1, kSteady_s}.asWhite(dt)) * (change - step.change);
+  step.change << followed(change.head<3>(), sigma_v, dt), followed(change.tail<3>(), sigma_w, dt);
+  step.behind << leftOver(change.head<3>(), step.change.head<3>(), sigma_v, dt),
+      leftOver(change.tail<3>(), step.change.tail<3>(), sigma_w, dt);
 }
 
 /// d(x, y, chi) after the step by the shared states before it.

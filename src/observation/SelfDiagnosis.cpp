@@ -99,7 +99,9 @@ SelfDiagnosis::SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry
       joint_(joint),
       monitor_(capacity, monitorOptions(odometry), prior, range) {
   if (!errors) return;
-  learner_.emplace(capacity, *errors, prior, range);
+  SharedErrorFilterOptions options = *errors;
+  options.allowsUnfollowed = false;
+  learner_.emplace(capacity, options, prior, range);
   slipTau_s_ = errors->errors.slip.tau_s;
 }
 

@@ -22,6 +22,9 @@ struct SharedErrorFilterOptions {
   int rejectionsInARow = 5;
   double huber = 2.5;
   double lost_sigma = 0.1;
+  /// Whether changes of the twist that are not followed yet count as noise; a diagnosis shall see
+  /// them in the innovations.
+  bool allowsUnfollowed = true;
 };
 
 /// Extended Kalman filter of points and of the lasting errors of a robot that they share (see
