@@ -63,6 +63,9 @@ std::string verdict(const RunLog& log, const Metrics& metrics) {
   if (std::isfinite(metrics.final_depth_error_max)) {
     text += fmt::format("; worst depth error {}", inPercent(metrics.final_depth_error_max));
   }
+  if (const std::string left = wayLeft(log, metrics); !left.empty()) {
+    text += "; the camera is " + left;
+  }
   return text;
 }
 
