@@ -160,8 +160,9 @@ std::string wayLeft(const RunLog& log, const Metrics& metrics) {
   const bool isNear = distance_m <= kNear_m && angle_deg <= kNear_deg;
   if (isNear || log.outcome != Outcome::converged) return words;
   const bool isUnicycle = log.commandNames.size() == 2;
-  return words + (isUnicycle ? ": two velocities cannot reach a pose of three degrees of freedom; "
-                             : ": ") +
+  return words +
+         (isUnicycle ? ": two velocities cannot reach a pose of three degrees of freedom; "
+                     : ": ") +
          "what is left shows little in the image";
 }
 

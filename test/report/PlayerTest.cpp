@@ -123,9 +123,10 @@ TEST(Player, page_says_how_far_from_its_goal_the_camera_is_and_numbers_the_event
     said.push(document.getElementById('story').hidden);
     document.title = said.join(' | ');)");
   if (title.empty()) GTEST_SKIP() << "no chromium";
-  EXPECT_EQ(title,
-            "0.30 m and 1.72 deg from its goal: two velocities cannot reach a pose of three degrees "
-            "of freedom; what is left shows little in the image | 1,2 | true")
+  EXPECT_EQ(
+      title,
+      "0.30 m and 1.72 deg from its goal: two velocities cannot reach a pose of three degrees "
+      "of freedom; what is left shows little in the image | 1,2 | true")
       << "settles too slowly for a button";
 }
 
