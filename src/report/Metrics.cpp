@@ -151,7 +151,7 @@ Metrics MetricsMeter::result(const RunLog& log) const {
 }
 
 std::string wayLeft(const RunLog& log, const Metrics& metrics) {
-  constexpr double kDegree = 180 / EIGEN_PI, kNear_m = 0.01, kNear_deg = 1;
+  constexpr double kDegree = 180 / M_PI, kNear_m = 0.01, kNear_deg = 1;
   const double distance_m = metrics.final_distance_m, angle_deg = kDegree * metrics.final_angle_rad;
   if (!std::isfinite(distance_m)) return "";
   std::string words = distance_m < 0.1 ? fmt::format("{:.1f} mm", 1000 * distance_m)
