@@ -63,9 +63,6 @@ std::string verdict(const RunLog& log, const Metrics& metrics) {
   if (std::isfinite(metrics.final_depth_error_max)) {
     text += fmt::format("; worst depth error {}", inPercent(metrics.final_depth_error_max));
   }
-  if (const std::string left = wayLeft(log, metrics); !left.empty()) {
-    text += "; the camera is " + left;
-  }
   return text;
 }
 
@@ -121,6 +118,9 @@ int runScenario(const RunArguments& arguments) {
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   const Metrics metrics = computeMetrics(log);
   fmt::print(stderr, "{}\n", verdict(log, metrics));
+  if (const std::string left = wayLeft(log, metrics); !left.empty()) {
+    fmt::print(stderr, "the camera is {}\n", left);
+  }
   printFindings(log);
   printTags(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);
