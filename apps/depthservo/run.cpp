@@ -118,6 +118,9 @@ int runScenario(const RunArguments& arguments) {
   if (!arguments.out.empty()) writeRunFolder(log, arguments.out);
   const Metrics metrics = computeMetrics(log);
   fmt::print(stderr, "{}\n", verdict(log, metrics));
+  if (const std::string left = wayLeft(log, metrics); !left.empty()) {
+    fmt::print(stderr, "the camera is {}\n", left);
+  }
   printFindings(log);
   printTags(log);
   if (!arguments.out.empty()) fmt::print(stderr, "report: {}/report.html\n", arguments.out);

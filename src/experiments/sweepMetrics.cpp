@@ -23,6 +23,8 @@ const std::vector<std::pair<std::string, SweepMetric>>& allMetrics() {
       {"frames", [](const Metrics& m) { return count(m.frames); }},
       {"min_frame_rate", [](const Metrics& m) { return m.min_frame_rate; }},
       {"final_error_px", [](const Metrics& m) { return m.final_error_px; }},
+      {"final_distance_m", [](const Metrics& m) { return m.final_distance_m; }},
+      {"final_angle_rad", [](const Metrics& m) { return m.final_angle_rad; }},
       {"max_gap_s", [](const Metrics& m) { return m.max_gap_s; }},
       {"min_border_px", [](const Metrics& m) { return m.min_border_px; }},
       {"final_depth_error_max", [](const Metrics& m) { return m.final_depth_error_max; }},

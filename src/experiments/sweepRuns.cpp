@@ -72,7 +72,8 @@ bool needsPoints(const Sweep& sweep) {
   const auto& metrics = sweep.options().metrics;
   return std::any_of(metrics.begin(), metrics.end(), [](const std::string& metric) {
     return metric != "duration_s" && metric != "frames" && metric != "min_frame_rate" &&
-           metric != "final_error_px";
+           metric != "final_error_px" && metric != "final_distance_m" &&
+           metric != "final_angle_rad";
   });
 }
 

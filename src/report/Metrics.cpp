@@ -129,6 +129,10 @@ Metrics MetricsMeter::result(const RunLog& log) const {
   metrics.duration_s = last_s_ - first_s_;
   metrics.final_error_px = meanImageError(recent_, last_s_ - kImageErrorOver_s, last_s_);
   metrics.all_in_image = metrics.min_border_px >= 0;
+  if (log.cdMc) {
+    metrics.final_distance_m = log.cdMc->translation().norm();
+    metrics.final_angle_rad = Eigen::AngleAxisd(log.cdMc->linear()).angle();
+  }
   if (judged_ > 0 && !log.isTruthOfMotion) {
     metrics.coverage_2sigma = static_cast<double>(covered_) / static_cast<double>(judged_);
   }
@@ -144,6 +148,22 @@ Metrics MetricsMeter::result(const RunLog& log) const {
     metrics.final_depth_error_max = std::fmax(metrics.final_depth_error_max, point.relative_error);
   }
   return metrics;
+}
+
+std::string wayLeft(const RunLog& log, const Metrics& metrics) {
+  constexpr double kDegree = 180 / M_PI, kNear_m = 0.01, kNear_deg = 1;
+  const double distance_m = metrics.final_distance_m, angle_deg = kDegree * metrics.final_angle_rad;
+  if (!std::isfinite(distance_m)) return "";
+  std::string words = distance_m < 0.1 ? fmt::format("{:.1f} mm", 1000 * distance_m)
+                                       : fmt::format("{:.2f} m", distance_m);
+  words += fmt::format(" and {:.{}f} deg from its goal", angle_deg, angle_deg < 10 ? 2 : 0);
+  const bool isNear = distance_m <= kNear_m && angle_deg <= kNear_deg;
+  if (isNear || log.outcome != Outcome::converged) return words;
+  const bool isUnicycle = log.commandNames.size() == 2;
+  return words +
+         (isUnicycle ? ": two velocities cannot reach a pose of three degrees of freedom; "
+                     : ": ") +
+         "what is left shows little in the image";
 }
 
 std::string inPercent(double share) {
@@ -248,6 +268,8 @@ Json toJson(const Metrics& metrics) {
           {"frames", metrics.frames},
           {"min_frame_rate", metrics.min_frame_rate},
           {"final_error_px", metrics.final_error_px},
+          {"final_distance_m", metrics.final_distance_m},
+          {"final_angle_rad", metrics.final_angle_rad},
           {"max_gap_s", metrics.max_gap_s},
           {"min_border_px", metrics.min_border_px},
           {"all_in_image", metrics.all_in_image},
@@ -273,6 +295,8 @@ std::string toJson(const RunLog& log, const Metrics& metrics) {
   Json json = {{"command", log.command}, {"name", log.name}, {"seed", log.seed}};
   if (log.hasOutcome) json["outcome"] = toString(log.outcome);
   json["reason"] = log.reason;
+  json["way_left"] = nullptr;
+  if (const std::string words = wayLeft(log, metrics); !words.empty()) json["way_left"] = words;
   json["observes_depth"] = log.isDepthObserved;
   json["truth_is_pose_of_motion"] = log.isTruthOfMotion;
   json["metrics"] = toJson(metrics);

@@ -170,6 +170,7 @@ double SimulatedRig::time() const { return parts_->world.time(); }
 std::vector<TruePoint> SimulatedRig::truth() const { return parts_->world.truth(); }
 std::vector<TruePoint> SimulatedRig::truthAtGoal() const { return parts_->world.goal(); }
 Eigen::Isometry3d SimulatedRig::cdMo() const { return parts_->world.cdMo(); }
+Eigen::Isometry3d SimulatedRig::cMo() const { return parts_->world.cMo(); }
 void SimulatedRig::lookFrom(const RobotPose& pose, DEPTHSERVO_VISP vpImage<unsigned char>& image) {
   parts_->world.lookFrom(pose, image);
 }

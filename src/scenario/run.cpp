@@ -76,6 +76,7 @@ class Run {
     log.name = scenario_.name;
     if (keep == Keep::everything) log.configuration = scenario_.toJson();
     log.seed = scenario_.seed;
+    if (goal_.cdMo) log.cdMc = *goal_.cdMo * rig_.cMo().inverse();
     return log;
   }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <filesystem>
 #include <set>
 
@@ -151,6 +152,44 @@ TEST(Run, keeps_the_dots_within_the_limits_of_the_robot) {
     EXPECT_LE(std::abs(truth(v[k]) - before), 1.0 / 30 + 1e-6) << "acceleration in frame " << k;
     before = truth(v[k]);
   }
+}
+
+/// By the robot's pose in frames.csv and the place of the camera on the robot.
+TEST(Run, says_how_far_from_its_goal_the_camera_ended) {
+  const TemporaryFolder folder;
+  const Result run =
+      depthservo("run " + kFourDots + " --set sensing.source=geometry --json --out " +
+                 (folder / "run").string());
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  const auto frames = readCsv(folder / "run" / "frames.csv");
+  const auto camera = [](double x, double y, double theta) {
+    return std::complex<double>(x, y) + std::polar(1., theta) * std::complex<double>(0.07, 0.02);
+  };
+  const double theta = truth(frames.at("robot_theta").back());
+  const double distance = std::abs(
+      camera(truth(frames.at("robot_x").back()), truth(frames.at("robot_y").back()), theta) -
+      camera(-1, 0, 0));
+  ASSERT_GT(distance, 0.001);
+  const auto json = run.json();
+  EXPECT_NEAR(json["metrics"]["final_distance_m"], distance, 1e-9);
+  EXPECT_NEAR(json["metrics"]["final_angle_rad"], std::abs(theta), 1e-7);
+  EXPECT_EQ(nlohmann::json::parse(folder.read("run/run.json"))["way_left"], json["way_left"]);
+  EXPECT_NE(run.err.find(json["way_left"].get<std::string>()), std::string::npos) << run.err;
+}
+
+TEST(Run, knows_of_no_way_left_to_pixels_that_are_given) {
+  const Result run = depthservo(
+      "run " + kFourDots +
+      " --set sensing.source=geometry --set duration=0.5 --set expect=null "
+      "--json --set robot.goal=null "
+      "--set 'control.desired=[[259.5,179.5],[379.5,179.5],[379.5,299.5],[259.5,299.5]]'");
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  const auto json = run.json();
+  for (const char* figure : {"final_distance_m", "final_angle_rad"}) {
+    EXPECT_TRUE(json["metrics"].at(figure).is_null());
+  }
+  EXPECT_TRUE(json.at("way_left").is_null());
+  EXPECT_EQ(run.err.find("goal"), std::string::npos) << run.err;
 }
 
 TEST(Run, is_repeated_from_its_run_folder) {

@@ -19,7 +19,8 @@ std::string shortSweep(int repeat) {
          "  - {name: estimator, key: depth.estimator, values: [filter, constant]}\n"
          "  - {name: guess, key: depth.initial, from: 0.5, to: 50, count: 4, log: true}\n"
          "  - {name: start, count: 5, cone: {angle: 0.6, distance: [1.2, 4], aim: 0.3}}\n"
-         "success: [timeout, converged]\nworst: 1\nrepeat: " +
+         "metrics: [duration_s, final_error_px, final_depth_error_max, final_distance_m, "
+         "final_angle_rad]\nsuccess: [timeout, converged]\nworst: 1\nrepeat: " +
          std::to_string(repeat) + "\n";
 }
 
@@ -128,7 +129,8 @@ TEST_F(SweepTool, repeats_any_run_with_its_report) {
     const auto json = run.json();
     EXPECT_EQ(json["outcome"], table.at("outcome")[row]);
     EXPECT_EQ(std::to_string(json["seed"].get<unsigned>()), table.at("seed")[row]);
-    for (const char* metric : {"duration_s", "final_error_px", "final_depth_error_max"}) {
+    for (const char* metric : {"duration_s", "final_error_px", "final_depth_error_max",
+                               "final_distance_m", "final_angle_rad"}) {
       ASSERT_FALSE(table.at(metric)[row].empty());
       EXPECT_EQ(json["metrics"][metric].get<double>(), std::stod(table.at(metric)[row])) << metric;
     }

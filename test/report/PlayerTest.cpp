@@ -114,16 +114,19 @@ TEST(Player, keys_and_slider_move_one_moment_through_the_page) {
             last + " 0 1 11 10 50 1.67 s true true false image-first " + last + " pause play");
 }
 
-TEST(Player, page_says_how_far_from_the_goal_the_robot_stands_and_numbers_the_events) {
+TEST(Player, page_says_how_far_from_its_goal_the_camera_is_and_numbers_the_events) {
   const TemporaryFolder place;
   const std::string title = titleAfter(pageOf(filmedLog(), place, "run"), place, R"(
     const figures = [...document.querySelectorAll('#figures dt')];
-    const said = [figures.find(name => name.textContent === 'robot at the end').nextSibling.textContent];
+    const said = [figures.find(name => name.textContent === 'camera at the end').nextSibling.textContent];
     said.push([...document.querySelectorAll('#event-list .number')].map(number => number.textContent).join(','));
     said.push(document.getElementById('story').hidden);
     document.title = said.join(' | ');)");
   if (title.empty()) GTEST_SKIP() << "no chromium";
-  EXPECT_EQ(title, "0.013 m and 0.018° from the goal | 1,2 | true")
+  EXPECT_EQ(
+      title,
+      "0.30 m and 1.72 deg from its goal: two velocities cannot reach a pose of three degrees "
+      "of freedom; what is left shows little in the image | 1,2 | true")
       << "settles too slowly for a button";
 }
 

@@ -96,6 +96,27 @@ TEST(Metrics, of_an_empty_log_are_unknown) {
   EXPECT_TRUE(json::parse(toJson(RunLog{}))["metrics"]["min_border_px"].is_null());
 }
 
+/// Left by 3 cm and 0.4 rad.
+TEST(Metrics, of_the_way_left_are_those_of_the_camera_and_say_why_of_a_converged_run) {
+  RunLog log = test::exampleLog(4);
+  log.cdMc = Eigen::Isometry3d(Eigen::Translation3d(0.01, -0.02, 0.02) *
+                               Eigen::AngleAxisd(-0.4, Eigen::Vector3d(1, 2, 2) / 3));
+  const Metrics metrics = computeMetrics(log);
+  EXPECT_NEAR(metrics.final_distance_m, 0.03, 1e-15);
+  EXPECT_NEAR(metrics.final_angle_rad, 0.4, 1e-15);
+  EXPECT_EQ(wayLeft(log, metrics).find("30.0 mm and 23 deg from its goal: two velocities"), 0u);
+  log.commandNames.resize(6);
+  EXPECT_EQ(wayLeft(log, metrics),
+            "30.0 mm and 23 deg from its goal: what is left shows little in the image");
+  log.outcome = Outcome::stalled;
+  EXPECT_EQ(wayLeft(log, metrics), "30.0 mm and 23 deg from its goal") << "`reason` says why";
+  log.outcome = Outcome::converged;
+  log.cdMc->setIdentity();
+  EXPECT_EQ(wayLeft(log, computeMetrics(log)), "0.0 mm and 0.00 deg from its goal");
+  log.cdMc.reset();
+  EXPECT_EQ(wayLeft(log, computeMetrics(log)), "");
+}
+
 TEST(ToJson, has_an_outcome_for_a_run_only_and_null_for_the_unknown) {
   const json run = json::parse(toJson(test::exampleLog()));
   EXPECT_EQ(run["command"], "run");
@@ -106,6 +127,9 @@ TEST(ToJson, has_an_outcome_for_a_run_only_and_null_for_the_unknown) {
   EXPECT_FALSE(replay.contains("outcome"));
   EXPECT_TRUE(replay["metrics"]["final_error_px"].is_null());
   EXPECT_TRUE(replay["metrics"]["final_depth_error_max"].is_null());
+  EXPECT_TRUE(replay.at("way_left").is_null());
+  EXPECT_TRUE(replay["metrics"].at("final_distance_m").is_null());
+  EXPECT_TRUE(replay["metrics"].at("final_angle_rad").is_null());
   EXPECT_TRUE(replay["metrics"]["coverage_2sigma"].is_null());
   EXPECT_TRUE(replay["points"][0]["Z_true"].is_null());
 }

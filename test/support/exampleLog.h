@@ -23,6 +23,8 @@ inline RunLog exampleLog(int frameCount = 361) {
   log.hasOutcome = true;
   log.outcome = Outcome::converged;
   log.reason = "The image error stayed below 1.5 px for 1 s.";
+  log.cdMc = Eigen::Isometry3d(Eigen::Translation3d(0, 0, -0.3) *
+                               Eigen::AngleAxisd(0.03, Eigen::Vector3d::UnitY()));
   log.events = {{5.0, "point 2 hidden"}, {6.0, "point 2 seen again"}};
   const double side[4][2] = {{-0.1, -0.1}, {0.1, -0.1}, {0.1, 0.1}, {-0.1, 0.1}};
   for (const auto& corner : side) {
@@ -77,6 +79,7 @@ inline RunLog exampleReplay() {
   RunLog log = exampleLog();
   log.command = "replay";
   log.hasOutcome = false;
+  log.cdMc.reset();
   log.goals.clear();
   log.commandNames.clear();
   log.images.clear();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -132,6 +133,10 @@ struct RunLog {
   bool hasOutcome = false;  ///< a run has one, a replay has not
   Outcome outcome = Outcome::timeout;
   std::string reason;  ///< one sentence: why it ended like this
+
+  /// Where the camera ended, in the frame of the camera at its goal (which a moving target takes
+  /// along); none: no such goal, or its place is not known.
+  std::optional<Eigen::Isometry3d> cdMc;
 
   bool isDepthObserved = true;   ///< false: depths are guesses that are kept (estimator `constant`)
   bool isTruthOfMotion = false;  ///< true depths are of the very pose that tells the motion: they

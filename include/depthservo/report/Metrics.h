@@ -36,6 +36,8 @@ struct Metrics {
   double min_frame_rate = kUnknown;  ///< one over the longest time between frames [Hz]
   /// The image error: `meanImageError` over the last `kImageErrorOver_s` [px].
   double final_error_px = kUnknown;
+  /// How far the camera ended from its goal, `RunLog::cdMc`: [m], and the angle in [0, pi] [rad].
+  double final_distance_m = kUnknown, final_angle_rad = kUnknown;
   double max_gap_s = 0;             ///< longest time a point, once seen, went without a measurement
   double min_border_px = kUnknown;  ///< least distance of a dot's centre to the border; < 0 outside
   bool all_in_image = false;        ///< every dot was known to be in the image in every frame
@@ -95,6 +97,10 @@ class MetricsMeter {
 };
 
 Metrics computeMetrics(const RunLog& log);
+
+/// "0.35 m and 12° from its goal", and why a run that converged is not there where more than 1 cm or
+/// 1 degree is left; empty when not known.
+std::string wayLeft(const RunLog& log, const Metrics& metrics);
 
 /// A share in per cent, never in powers of ten: "0.065 %", "250 %".
 std::string inPercent(double share);

@@ -34,6 +34,7 @@ class DEPTHSERVO_API SimulatedRig : public Rig {
   std::vector<TruePoint> truthAtGoal()
       const;                       ///< seen from robot.goal, which the options must have
   Eigen::Isometry3d cdMo() const;  ///< pose of the target in the camera there
+  Eigen::Isometry3d cMo() const;   ///< the same where the camera is now
 
   /// What the camera sees from another pose of the robot, before walls; with the noise of an image
   /// that is not among those of the run.

@@ -79,7 +79,7 @@ function showFigures() {
     ['duration', `${figure(m.duration_s)} s, ${m.frames} frames`],
     ['image error', isKnown(m.final_error_px)
       ? figure(m.final_error_px, 3) + ' px rms (mean places of the last 2 s to the goals)' : null],
-    ['robot at the end', missedGoal(run, frames, time.length - 1)],
+    ['camera at the end', isKnown(run.way_left) ? run.way_left : null],
     [run.truth_is_pose_of_motion ? 'disagreement with the pose of the target' : 'worst final depth error',
       isKnown(m.final_depth_error_max) ? percent(m.final_depth_error_max) + (run.truth_is_pose_of_motion
         ? ' at most. The same pose told the motion: this is agreement, not accuracy' : '') : null],

@@ -26,17 +26,6 @@ const isTargetMoving = configuration => Boolean(configuration && configuration.t
   .some(part => [...(part.v || []), ...(part.amplitude || [])].some(Boolean)));
 const meanOf = places => places.length ? [0, 1, 2].map(k => places.reduce((sum, p) => sum + p[k], 0) / places.length) : null;
 
-/** Where the robot stands at the end, from a goal that stands still; nothing when one is not known. */
-function missedGoal(run, frames, end) {
-  const robot = (run.configuration || {}).robot, goal = robot && robot.goal;
-  const x = frames.robot_x[end], y = frames.robot_y[end], theta = frames.robot_theta[end];
-  if (!goal || isTargetMoving(run.configuration) || robot.type === 'free' || ![goal.x, goal.y, goal.theta, x, y, theta].every(isKnown)) return null;
-  const turn = theta - goal.theta, distance = Math.hypot(x - goal.x, y - goal.y);
-  const degrees = Math.abs(Math.atan2(Math.sin(turn), Math.cos(turn))) * 180 / Math.PI;
-  return `${figure(distance, 2)} m and ${figure(degrees, 2)}° from the goal` + (robot.type === 'unicycle' && distance > 0.01
-    ? ': two velocities cannot reach a pose of three degrees of freedom; what is left shows little in the image' : '');
-}
-
 /** Outline of a base on wheels in the frame of its camera, as far as the configuration says; or nothing. */
 function baseOutline(robot) {
   if (!robot || !Array.isArray(robot.camera_offset) || !['unicycle', 'omni'].includes(robot.type)) return null;
