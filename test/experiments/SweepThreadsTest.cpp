@@ -41,6 +41,21 @@ TEST(Threads, run_scenarios_of_their_own_as_if_they_were_alone) {
   inThreads([&](int) { EXPECT_EQ(depthsOf(run(scenario)), alone); });
 }
 
+/// In threads of its own: what TBB's hand to each other the sanitizer does not see.
+TEST(Threads, run_rows_of_one_sweep_as_if_they_were_alone) {
+  const Sweep sweep = sweepOf(kGuesses);
+  const auto result = [&](std::size_t row) { return runRow(sweep, row, [] { return false; }); };
+  std::vector<SweepResult> alone;
+  for (std::size_t row = 0; row < sweep.size(); ++row) alone.push_back(result(row));
+  std::vector<SweepResult> results(sweep.size());
+  inThreads([&](int first) {
+    for (auto row = static_cast<std::size_t>(first); row < sweep.size(); row += kThreads) {
+      results[row] = result(row);
+    }
+  });
+  EXPECT_EQ(results, alone);
+}
+
 TEST(Threads, of_a_sweep_do_each_run_once) {
   const Sweep sweep = sweepOf(kGuesses);
   const TemporaryFolder place;
