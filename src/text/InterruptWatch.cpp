@@ -14,7 +14,7 @@ constexpr int kSignals[] = {SIGINT, SIGTERM};
 std::atomic<int> noted{0};
 static_assert(std::atomic<int>::is_always_lock_free);
 
-std::mutex mutex;  // of what follows
+std::mutex watchMutex;  // of what follows
 int watches = 0;
 struct sigaction before[std::size(kSignals)];
 
@@ -26,7 +26,7 @@ void note(int signal) {
 }  // namespace
 
 InterruptWatch::InterruptWatch() {
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(watchMutex);
   if (watches++ > 0) return;
   noted = 0;
   struct sigaction action = {};
@@ -39,7 +39,7 @@ InterruptWatch::InterruptWatch() {
 }
 
 InterruptWatch::~InterruptWatch() {
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(watchMutex);
   if (--watches > 0) return;
   for (std::size_t i = 0; i < std::size(kSignals); ++i) {
     sigaction(kSignals[i], &before[i], nullptr);
