@@ -11,7 +11,7 @@ function(depthservo_own target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
                                            -Wno-sign-conversion -Woverloaded-virtual)
   target_link_options(${target} PRIVATE -Wl,--as-needed)  # ViSP's modules are many
-  if(DEPTHSERVO_SANITIZED)  # with -fsanitize GCC takes parts of its own library for uninitialised
+  if(DEPTHSERVO_SANITIZED AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # with -fsanitize GCC takes parts of its own library for uninitialised
     target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
   endif()
   if(DEPTHSERVO_WERROR)

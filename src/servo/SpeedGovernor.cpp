@@ -56,7 +56,7 @@ void SpeedGovernor::update(double time_s, const PointFeatures& features,
            : allowed == 0 ? Basis::waiting
            : allowed < 1  ? Basis::slowed
                           : Basis::features;
-  const double elapsed_s = last_s_ < 0 ? 0 : time_s - last_s_;
+  const double elapsed_s = last_s_ < 0 ? 0 : std::max(0., time_s - last_s_);
   last_s_ = time_s;
   speed_ = std::clamp(allowed, speed_ - elapsed_s / kRamp_s, speed_ + elapsed_s / kRamp_s);
 }

@@ -17,7 +17,7 @@ enum class Basis {
 DEPTHSERVO_INNER const char* toString(Basis basis);  ///< a sentence
 
 /// Holds the robot back while hidden points are predicted vaguely, without a jerk.
-class SpeedGovernor {
+class DEPTHSERVO_INNER SpeedGovernor {
  public:
   /// \param hiddenSigma_px image sigma predicted for a hidden point at which the robot stops; it
   /// goes at full speed up to half of it

@@ -1,15 +1,20 @@
 #include "depthservo/text/InterruptWatch.h"
 
+#include <atomic>
 #include <csignal>
 #include <cstddef>
 #include <iterator>
+#include <mutex>
 
 namespace depthservo {
 namespace {
 
 constexpr int kSignals[] = {SIGINT, SIGTERM};
 
-volatile std::sig_atomic_t noted = 0;
+std::atomic<int> noted{0};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+std::mutex watchMutex;  // of what follows
 int watches = 0;
 struct sigaction before[std::size(kSignals)];
 
@@ -21,6 +26,7 @@ void note(int signal) {
 }  // namespace
 
 InterruptWatch::InterruptWatch() {
+  const std::lock_guard lock(watchMutex);
   if (watches++ > 0) return;
   noted = 0;
   struct sigaction action = {};
@@ -33,6 +39,7 @@ InterruptWatch::InterruptWatch() {
 }
 
 InterruptWatch::~InterruptWatch() {
+  const std::lock_guard lock(watchMutex);
   if (--watches > 0) return;
   for (std::size_t i = 0; i < std::size(kSignals); ++i) {
     sigaction(kSignals[i], &before[i], nullptr);
@@ -40,7 +47,7 @@ InterruptWatch::~InterruptWatch() {
 }
 
 void InterruptWatch::stopIfInterrupted() const {
-  if (noted != 0) throw Interrupted{noted};
+  if (const int signal = noted) throw Interrupted{signal};
 }
 
 }  // namespace depthservo

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -29,11 +30,16 @@ bool isThere(const fs::path& path) {
   return fs::exists(fs::symlink_status(path, ignored));
 }
 
-/// What anybody else makes would have.
-mode_t usualMode() {
-  const mode_t mask = umask(0);  // the only way to ask for it
-  umask(mask);
-  return 0777 & ~mask;
+/// Makes a folder beside the place, hidden, that anybody else has not. Its rights are what any
+/// other's are (those of mkdtemp are not). \throw InputError named as the place
+fs::path hiddenFolder(const fs::path& place, const fs::path& named) {
+  static std::atomic<unsigned> number{0};
+  for (;;) {
+    const fs::path path = place.parent_path() / fmt::format(".{}.{}-{}", place.filename().string(),
+                                                            getpid(), number++);
+    if (mkdir(path.c_str(), 0777) == 0) return path;
+    if (errno != EEXIST) throw notWritten(named);
+  }
 }
 
 }  // namespace
@@ -62,14 +68,7 @@ void requireNewRunFolder(const fs::path& folder) {
 
 NewFolder::NewFolder(const fs::path& folder) : folder_(folder), final_(normalised(folder)) {
   requireNewRunFolder(folder);
-  std::string path = final_.parent_path() / fmt::format(".{}.XXXXXX", final_.filename().string());
-  if (!mkdtemp(path.data())) throw notWritten(folder_);
-  path_ = path;
-  if (chmod(path_.c_str(), usualMode()) == 0) return;
-  const int error = errno;
-  rmdir(path_.c_str());
-  errno = error;
-  throw notWritten(folder_);
+  path_ = hiddenFolder(final_, folder_);
 }
 
 NewFolder::~NewFolder() {

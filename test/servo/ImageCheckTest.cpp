@@ -77,6 +77,13 @@ TEST(ImageCheck, black_and_uniform_images_show_nothing) {
   }
 }
 
+TEST(ImageCheck, a_few_pixels_show_nothing_whatever_they_are) {
+  EXPECT_EQ(ImageCheck().look(Image()), Verdict::empty);
+  Image image(4, 4);
+  for (unsigned i = 0; i < 16; ++i) image.bitmap[i] = static_cast<unsigned char>(17 * i);
+  EXPECT_EQ(ImageCheck().look(image), Verdict::empty);
+}
+
 TEST(ImageCheck, a_far_dot_is_something) {
   Random random(1);
   Image image = scene(random);

@@ -253,6 +253,8 @@ TEST(Safety, every_reason_has_a_word_and_a_sentence_of_its_own) {
       EXPECT_STRNE(toString(static_cast<SafetyReason>(i)), toString(static_cast<SafetyReason>(j)));
     }
   }
+  EXPECT_STREQ(toString(static_cast<SafetyReason>(99)), "") << "one that is none";
+  EXPECT_STREQ(wordsOf(static_cast<SafetyReason>(99)), "");
 }
 
 }  // namespace

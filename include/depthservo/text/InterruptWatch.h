@@ -11,7 +11,7 @@ struct DEPTHSERVO_API Interrupted {
 
 /// While there is one, SIGINT and SIGTERM are noted instead of ending the program, so that whoever
 /// writes can remove what is not whole; the second signal ends it at once. Signals that are ignored
-/// stay so. Watches may be nested, in one thread.
+/// stay so. Watches may be nested, and in several threads; all of them are told.
 class DEPTHSERVO_API InterruptWatch {
  public:
   InterruptWatch();

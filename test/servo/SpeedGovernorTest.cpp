@@ -1,0 +1,159 @@
+#include "servo/SpeedGovernor.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "support/Random.h"
+
+namespace depthservo::test {
+namespace {
+
+constexpr double kFocal_px = 500, kStop_px = 10, kRamp_s = 0.5, kFrame_s = 0.04;
+
+/// Four points, as a test says they are.
+class Told : public PointSetEstimator {
+ public:
+  Told() {
+    for (DepthEstimate& e : estimates) {
+      e.chi = 1;
+      e.sigma_chi = 0.01;
+      e.status = DepthStatus::valid;
+    }
+  }
+  std::unique_ptr<PointSetEstimator> clone() const override { return std::make_unique<Told>(*this); }
+  void reset() override {}
+  bool setPrior(int, const DepthPrior&) override { return false; }
+  Coverage advance(const MotionBuffer&, double) override { return Coverage::complete; }
+  void correct(const std::vector<PointObservation>&) override {}
+  void correctDepth(int, const DepthPrior&) override {}
+  DepthEstimate estimate(int id) const override { return estimates[static_cast<std::size_t>(id)]; }
+  double time() const override { return 0; }
+  const DepthRange& range() const override { return range_; }
+
+  /// Hidden, and predicted with this sigma.
+  void hide(std::size_t point, double sigma_px) {
+    estimates[point].status = DepthStatus::coasting;
+    estimates[point].sigma_xy = sigma_px / kFocal_px;
+  }
+
+  std::array<DepthEstimate, 4> estimates;
+
+ private:
+  DepthRange range_;
+};
+
+class SpeedGovernorTest : public testing::Test {
+ protected:
+  /// An image: every point is measured that is not predicted.
+  void image(double dt = kFrame_s) {
+    time_s_ += dt;
+    std::vector<PointObservation> measured;
+    for (int i = 0; i < 4; ++i) {
+      if (told_.estimate(i).status == DepthStatus::valid) measured.push_back({i, {0, 0, 1e-3}});
+    }
+    features_.publish(told_, measured, MotionBuffer(), 0);
+    governor_.update(time_s_, features_, measured);
+  }
+  void images(double duration_s) {
+    for (int i = 0; i < std::lround(duration_s / kFrame_s); ++i) image();
+  }
+
+  Told told_;
+  PointFeatures features_{4, DepthRange()};
+  SpeedGovernor governor_{kStop_px, kFocal_px};
+  double time_s_ = 1000;
+};
+
+TEST_F(SpeedGovernorTest, points_that_are_measured_have_full_speed_however_vague) {
+  told_.estimates[2].sigma_xy = 1;
+  images(2);
+  EXPECT_TRUE(governor_.isFree());
+  EXPECT_EQ(governor_.speed(), 1);
+}
+
+TEST_F(SpeedGovernorTest, slows_down_in_proportion_to_sigma_from_half_of_the_stop_on) {
+  struct {
+    double sigma_px, speed;
+    Basis basis;
+  } const cases[] = {{0.5 * kStop_px, 1, Basis::features},
+                     {0.6 * kStop_px, 0.8, Basis::slowed},
+                     {0.75 * kStop_px, 0.5, Basis::slowed},
+                     {0.94 * kStop_px, 0.12, Basis::slowed},
+                     {0.96 * kStop_px, 0, Basis::waiting},  // slower it would hardly get on
+                     {kStop_px, 0, Basis::waiting},
+                     {100 * kStop_px, 0, Basis::waiting}};
+  for (const auto& now : cases) {
+    told_.hide(1, now.sigma_px);
+    images(2);
+    EXPECT_NEAR(governor_.speed(), now.speed, 1e-9) << now.sigma_px;
+    EXPECT_EQ(governor_.basis(), now.basis) << now.sigma_px;
+    EXPECT_EQ(governor_.isFree(), now.basis == Basis::features);
+  }
+}
+
+TEST_F(SpeedGovernorTest, a_lost_point_fades_the_command_out_within_half_a_second_and_back) {
+  for (const DepthStatus status : {DepthStatus::lost, DepthStatus::unset}) {
+    images(1);
+    ASSERT_TRUE(governor_.isFree());
+    told_.estimates[3].status = status;
+    image();
+    EXPECT_EQ(governor_.basis(), Basis::nothing);
+    EXPECT_NEAR(governor_.speed(), 1 - kFrame_s / kRamp_s, 1e-9);
+    images(kRamp_s);
+    EXPECT_EQ(governor_.speed(), 0);
+    told_.estimates[3].status = DepthStatus::valid;
+    image();
+    EXPECT_EQ(governor_.basis(), Basis::features);
+    EXPECT_FALSE(governor_.isFree()) << "it comes back without a jerk, too";
+    EXPECT_NEAR(governor_.speed(), kFrame_s / kRamp_s, 1e-9);
+  }
+}
+
+TEST_F(SpeedGovernorTest, whatever_comes_the_share_is_one_and_changes_no_faster_than_the_ramp) {
+  Random random(1);
+  for (int k = 0; k < 2000; ++k) {
+    const auto point = static_cast<std::size_t>(random.integer(0, 3));
+    told_.hide(point, random.uniform(0, 2 * kStop_px));
+    if (random.integer(0, 2) > 0) told_.estimates[point].status = DepthStatus::valid;
+    if (random.integer(0, 9) == 0) told_.estimates[point].status = DepthStatus::lost;
+    const double before = governor_.speed(), dt = random.uniform(-0.1, 0.3);
+    image(dt);
+    ASSERT_GE(governor_.speed(), 0);
+    ASSERT_LE(governor_.speed(), 1);
+    const double most = k == 0 ? 0 : std::max(dt, 0.) / kRamp_s;
+    ASSERT_LE(std::abs(governor_.speed() - before), most + 1e-9) << "image " << k << ", " << dt;
+  }
+}
+
+TEST_F(SpeedGovernorTest, a_time_that_is_none_changes_nothing) {
+  told_.hide(0, kStop_px);
+  images(0.2);
+  const double before = governor_.speed();
+  ASSERT_GT(before, 0);
+  image(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(governor_.speed(), before);
+}
+
+TEST_F(SpeedGovernorTest, released_it_holds_nothing_back) {
+  told_.estimates[0].status = DepthStatus::lost;
+  image();
+  ASSERT_EQ(governor_.basis(), Basis::nothing);
+  governor_.release();
+  EXPECT_EQ(governor_.basis(), Basis::features);
+}
+
+TEST(Basis, each_has_a_sentence_of_its_own) {
+  const Basis all[] = {Basis::features, Basis::slowed, Basis::waiting, Basis::nothing};
+  for (const Basis a : all) {
+    EXPECT_STRNE(toString(a), "");
+    for (const Basis b : all) EXPECT_EQ(std::string(toString(a)) == toString(b), a == b);
+  }
+  EXPECT_STREQ(toString(static_cast<Basis>(99)), "") << "one that is none";
+}
+
+}  // namespace
+}  // namespace depthservo::test
