@@ -122,7 +122,7 @@ void ServoLoop::Parts::process(const Exposure& exposure) {
   log.frames.push_back(std::move(frame));
 }
 
-/// Half of what is kept at a time.
+/// Half of what is kept at a time, and the events.
 void ServoLoop::Parts::letGoOfTheOld(double now_s) {
   const auto isOld = [&](const FrameRecord& frame) {
     return now_s - frame.time_s > OutcomeJudge::kLooksBack_s;
@@ -130,6 +130,7 @@ void ServoLoop::Parts::letGoOfTheOld(double now_s) {
   if (log.frames.empty() || !isOld(log.frames[(log.frames.size() - 1) / 2])) return;
   const auto young = std::find_if_not(log.frames.begin(), log.frames.end(), isOld);
   log.frames.erase(log.frames.begin(), young);
+  log.events.clear();
 }
 
 Eigen::VectorXd ServoLoop::Parts::control(FrameRecord& frame) {
