@@ -48,12 +48,17 @@ class ServoWatcher : public RunWatcher {
                RunWatcher* next)
       : rig_(rig), images_(images), view_(std::move(view)), next_(next) {}
 
+  /// Figures of all images; `log` may have the last ones only.
+  Metrics metrics(const RunLog& log) const { return meter_ ? meter_->result(log) : Metrics(); }
+
   /// Images left out before the robot was on its way: while the goal was searched for.
   std::size_t leftOutAtStart() const { return leftOutAtStart_.value_or(images_.leftOut()); }
 
   bool onFrame(const RunFrame& frame) override {
     const double time_s = frame.record.time_s;
     if (std::isnan(first_s_)) first_s_ = time_s;
+    if (!meter_) meter_.emplace(frame.log.camera, frame.log.goals);
+    meter_->add(frame.record);
     if (mayMove_ && !leftOutAtStart_) leftOutAtStart_ = images_.leftOut();
     mayMove_ = rig_.reason() == SafetyReason::none;
     const std::size_t frames = frame.log.frames.size();
@@ -96,6 +101,7 @@ class ServoWatcher : public RunWatcher {
   std::unique_ptr<View> view_;
   RunWatcher* next_;
   std::size_t told_ = 0, frames_ = 0;
+  std::optional<MetricsMeter> meter_;
   std::optional<std::size_t> leftOutAtStart_;
   bool mayMove_ = false;
   double first_s_ = kUnknown, next_s_ = kUnknown;
@@ -188,11 +194,10 @@ int exitCodeOf(const RunLog& log, const RobotRig& rig, const std::atomic<bool>& 
   return isFault(rig.endedBy()) ? kStoppedBySafety : kOtherOutcome;
 }
 
-void tell(const ServoArguments& a, const RunLog& log, const RobotRig& rig,
+void tell(const ServoArguments& a, const RunLog& log, const Metrics& metrics, const RobotRig& rig,
           const ImageSource& images, std::size_t leftOutAtStart, int exitCode) {
   const RobotRigCounts& counts = rig.counts();
   const double p50 = counts.latency.percentile(0.5), p999 = counts.latency.percentile(0.999);
-  const Metrics metrics = computeMetrics(log);
   const std::string outcome = exitCode == kStoppedBySafety ? "stopped by safety"
                               : exitCode == kInterrupted   ? "interrupted"
                                                            : toString(log.outcome);
@@ -261,7 +266,7 @@ int servoRobot(ServoArguments& a) {
   const bool keepsLaw = canBeReplayed(robot.control, robot.robot.type);
   if (recorder && keepsLaw) recorder->keepCommands();
   ServoWatcher watcher(rig, images, std::move(view), &files);
-  RunLog log = loop.run(&watcher);
+  RunLog log = loop.run(&watcher, a.out.empty() ? Keep::theLastFrames : Keep::everything);
   rig.finish();
   log.command = "servo";
   log.name = a.goal;
@@ -279,7 +284,7 @@ int servoRobot(ServoArguments& a) {
   }
   files.finish(log);
   if (!a.out.empty()) writeRunFolder(log, a.out);
-  tell(a, log, rig, images, watcher.leftOutAtStart(), exitCode);
+  tell(a, log, watcher.metrics(log), rig, images, watcher.leftOutAtStart(), exitCode);
   return exitCode;
 }
 

@@ -65,8 +65,9 @@ void push(MotionBuffer& odometry, const Array& times_s, const Array& twists) {
   const double* v = twists.data();
   for (py::ssize_t i = 0; i < times_s.shape(0); ++i, v += 6) {
     if (!odometry.push(times_s.at(i), {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}})) {
-      throw py::value_error("twists: row " + std::to_string(i) +
-                            " is not finite, or not later than the row before it");
+      throw py::value_error(
+          "twists: row " + std::to_string(i) +
+          " is not finite, faster than 1e4 m/s or rad/s, or not later than the row before it");
     }
   }
 }

@@ -132,8 +132,8 @@ void rejoinPoint(FilterPoint& p, const PointMeasurement& measurement) {
 
 void letDrift(FilterPoint& p, const UnknownPart& unknown) {
   const double sigma_xy = std::sqrt(std::max({p.xx, p.yy, 0.}));
-  const PointSigmas wide =
-      widened({sigma_xy, std::sqrt(std::max(p.cc, 0.))}, {p.x, p.y, p.chi}, unknown);
+  const PointSigmas wide = widened({sigma_xy, std::sqrt(std::max(p.cc + biasVariance(p), 0.))},
+                                   {p.x, p.y, p.chi}, unknown);
   p.xx = p.yy = wide.xy * wide.xy;
   p.cc = std::min(wide.chi * wide.chi, kLargestVariance);
   p.xy = p.xc = p.yc = p.noise_t = p.noise_xy = p.bias = 0;

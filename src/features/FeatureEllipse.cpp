@@ -10,11 +10,14 @@
 namespace depthservo {
 namespace {
 
+/// Numbers that can be of what a camera sees.
+bool areNear(const Eigen::Matrix<double, 5, 1>& s) {
+  return s.allFinite() && s.cwiseAbs().maxCoeff() <= 1e3;
+}
+
 /// An ellipse that a camera can see, with an inside.
 bool isEllipse(const Eigen::Matrix<double, 5, 1>& s) {
-  const bool isNear = s.allFinite() && s.head<2>().cwiseAbs().maxCoeff() <= 1e3 &&
-                      s.tail<3>().cwiseAbs().maxCoeff() <= 1e3;
-  return isNear && s[2] > 1e-12 && s[4] > 1e-12 && s[2] * s[4] > s[3] * s[3];
+  return areNear(s) && s[2] > 1e-12 && s[4] > 1e-12 && s[2] * s[4] > s[3] * s[3];
 }
 
 /// Of the centre as told, of a moment a^2/4 as that of its semi-axis a.
@@ -106,7 +109,7 @@ void FeatureEllipse::follow(const Motion& motion) {
     const Seen at = predicted();
     if (isEllipse(at)) vpFeatureEllipse::buildFrom(at[0], at[1], at[2], at[3], at[4]);
   }
-  if (!seen.allFinite() && !isEllipse(predicted())) vpFeatureEllipse::buildFrom(0, 0, 0, 0, 0);
+  if (!areNear(seen) && !isEllipse(predicted())) vpFeatureEllipse::buildFrom(0, 0, 0, 0, 0);
   showPlane();
   resetFlags();
 }

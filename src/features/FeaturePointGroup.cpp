@@ -22,11 +22,8 @@ void FeaturePointGroup::observe(const Motion& told) {
     for (FeaturePoint& feature : features_) feature.publish(feature.estimate());
     return;
   }
-  if (motion.unknown.exists()) {
-    odometry_.pushUnknown(clock_s_);
-  } else {
-    odometry_.push(clock_s_, motion.twist());
-  }
+  const bool isKnown = !motion.unknown.exists() && odometry_.push(clock_s_, motion.twist());
+  if (!isKnown) odometry_.pushUnknown(clock_s_);
   clock_s_ += motion.dt;
   odometry_.holdUntil(clock_s_);
   observe(odometry_, clock_s_);

@@ -16,9 +16,9 @@ inline Twist toTwist(const DEPTHSERVO_VISP vpColVector& v) {
   return {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
 }
 
-/// \param dt [s] \return a motion that is not usable, but has this duration, where `v` is no twist
+/// \param dt [s] \return a motion that is not usable, but has this duration, where `v` is no usable twist
 inline Motion toMotion(const DEPTHSERVO_VISP vpColVector& v, double dt) {
-  if (isTwist(v) && dt > 0) return Motion::fromTwist(toTwist(v), dt);
+  if (isTwist(v) && dt > 0 && toTwist(v).isUsable()) return Motion::fromTwist(toTwist(v), dt);
   Motion unusable;
   unusable.dt = dt;
   unusable.t.setConstant(std::numeric_limits<double>::quiet_NaN());

@@ -76,7 +76,7 @@ void MotionBuffer::holdUntil(double time_s) {
 bool MotionBuffer::add(const Row& added) {
   const double time_s = added.time_s;
   const bool later = size_ == 0 || time_s > row(size_ - 1).time_s;
-  if (!std::isfinite(time_s) || !added.twist.isFinite() || !later) {
+  if (!std::isfinite(time_s) || !added.twist.isUsable() || !later) {
     ++refused_;
     return false;
   }
@@ -132,7 +132,8 @@ double MotionBuffer::end() const { return knownUntil(size_ - 1); }
 MotionBuffer::Known MotionBuffer::known(double t0_s, double t1_s) const {
   if (!std::isfinite(t0_s) || !std::isfinite(t1_s) || t1_s < t0_s) return {Coverage::reversed};
   if (size_ == 0) return {Coverage::empty};
-  if (t0_s < row(0).time_s - kClockResolution_s) return {Coverage::beforeStart};
+  const bool isTooLong = t1_s - t0_s > Motion::kLongest_s;
+  if (isTooLong || t0_s < row(0).time_s - kClockResolution_s) return {Coverage::beforeStart};
   const Row& newest = row(size_ - 1);
   const bool isPast = t1_s > end() + kClockResolution_s;
   const bool mayBeLate = t1_s <= end() + longestHold() - medianPeriod();

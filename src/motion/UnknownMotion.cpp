@@ -19,8 +19,11 @@ UnknownPart UnknownMotion::over(const Twist& last, double from_s, double to_s) c
     return wayWithin(to_s, speed, acceleration, limit) -
            wayWithin(from_s, speed, acceleration, limit);
   };
-  return {to_s - from_s, between(last.linear.norm(), acceleration_mps2, speed_mps),
-          between(last.angular.norm(), turnAcceleration_rps2, turnRate_rps)};
+  return {
+      to_s - from_s,
+      between(last.linear.norm(), acceleration_mps2, std::min(speed_mps, Twist::kLargestSpeed_mps)),
+      between(last.angular.norm(), turnAcceleration_rps2,
+              std::min(turnRate_rps, Twist::kLargestTurnRate_rps))};
 }
 
 }  // namespace depthservo

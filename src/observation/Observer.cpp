@@ -189,7 +189,7 @@ std::optional<TargetPose::Result> Observer::Parts::followTarget(
   if (lastPose) {
     const double dt = now.time_s - lastPose->time_s;
     const OdometryRow row{lastPose->time_s, Motion::fromPoses(lastPose->wMc, now.wMc, dt).twist()};
-    odometry.push(row.time_s, row.twist);
+    if (!odometry.push(row.time_s, row.twist)) odometry.pushUnknown(row.time_s);
     rowsByTarget.push_back(row);
     odometry.holdUntil(now.time_s);
   }

@@ -21,11 +21,11 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// The last of many durations, as many as images come in half an hour at 30 Hz; in no order.
+/// The last of many durations, as many as images come in five minutes at 30 Hz; in no order.
 class LastLaps {
  public:
   void add(double duration_s) {
-    constexpr std::size_t kMost = 54000;
+    constexpr std::size_t kMost = 9000;
     if (laps_.size() < kMost) {
       laps_.push_back(duration_s);
     } else {

@@ -62,6 +62,7 @@ struct SimulatedRig::Parts {
   std::vector<TruePoint> truth;    // now
   std::size_t rowsRead = 0;
   NoiseStream stampJitter;
+  double lastStamp_s = -std::numeric_limits<double>::infinity();
 
   void drive(double until_s, Listener* listener) {
     world.advanceTo(until_s, [&] {
@@ -111,6 +112,8 @@ void SimulatedRig::Parts::expose() {
     spare.pop_back();
   }
   exposure.time_s = stamp();
+  if (exposure.time_s <= lastStamp_s) return;  // as whoever takes images by their stamps does
+  lastStamp_s = exposure.time_s;
   if (source.hasImages) {
     world.expose(exposure.image);
   } else {
@@ -123,7 +126,9 @@ void SimulatedRig::Parts::expose() {
 
 /// Of an image taken now. Stamps stay in order, and none is before the odometry.
 double SimulatedRig::Parts::stamp() {
-  const double late_s = world.time() + options.sensing.latency;
+  const ClockStep& step = options.sensing.clock_step;
+  const double late_s =
+      world.time() + options.sensing.latency + (world.time() < step.at ? 0 : step.by);
   const double jitter_s = options.sensing.stamp_jitter;
   if (jitter_s == 0) return fileTime(late_s);
   const double most_s = 0.4 * (1 - options.camera.jitter) / options.camera.fastest();

@@ -8,22 +8,41 @@
 namespace depthservo {
 namespace {
 
-void checkHidden(const HiddenPeriod& hidden, std::size_t points, const Refuse& refuse) {
-  if (hidden.from >= hidden.to) {
-    refuse("sensing.hidden",
-           fmt::format("from = {} s must be before to = {} s", hidden.from, hidden.to));
+template <class Span>
+void checkOrder(const char* key, const Span& span, const Refuse& refuse) {
+  if (span.from < span.to) return;
+  refuse(key, fmt::format("from = {} s must be before to = {} s", span.from, span.to));
+}
+
+void checkPeriod(const char* key, const PointPeriod& period, std::size_t points,
+                 const Refuse& refuse) {
+  checkOrder(key, period, refuse);
+  for (const int point : period.points) {
+    if (point < static_cast<int>(points)) continue;
+    refuse(key,
+           fmt::format("there is no point {}; the target has points 0 to {}", point, points - 1));
   }
-  for (const int point : hidden.points) {
-    if (point >= static_cast<int>(points)) {
-      refuse("sensing.hidden",
-             fmt::format("there is no point {}; the target has points 0 to {}", point, points - 1));
+}
+
+void checkSwapped(const SensingOptions& sensing, std::size_t points, const Refuse& refuse) {
+  for (const PointPeriod& swapped : sensing.swapped) {
+    checkPeriod("sensing.swapped", swapped, points, refuse);
+    std::vector<int> each = swapped.points;
+    std::sort(each.begin(), each.end());
+    const bool isTwice = std::adjacent_find(each.begin(), each.end()) != each.end();
+    if (each.size() < 2 || isTwice) {
+      refuse("sensing.swapped", "points: expected two points or more, each of them once");
     }
+  }
+  if (!sensing.swapped.empty() && sensing.source == SensingSource::image) {
+    refuse("sensing.swapped",
+           "what a tracker makes of images is its own: sensing.source: geometry");
   }
 }
 
 }  // namespace
 
-bool HiddenPeriod::covers(double time_s, int point) const {
+bool PointPeriod::covers(double time_s, int point) const {
   return time_s >= from && time_s < to &&
          (points.empty() || std::find(points.begin(), points.end(), point) != points.end());
 }
@@ -78,9 +97,12 @@ void check(const SimulatedRigOptions& rig, const Refuse& refuse) {
   if (sensing.light_on_dark && (rig.target.type == TargetKind::apriltag || rig.target.hasBoard())) {
     refuse("sensing.light_on_dark", "tags and boards are dark on light");
   }
-  for (const HiddenPeriod& hidden : sensing.hidden) {
-    checkHidden(hidden, rig.target.points.size(), refuse);
+  for (const PointPeriod& hidden : sensing.hidden) {
+    checkPeriod("sensing.hidden", hidden, rig.target.points.size(), refuse);
   }
+  checkSwapped(sensing, rig.target.points.size(), refuse);
+  for (const Interlude& gap : rig.odometry.gaps) checkOrder("odometry.gaps", gap, refuse);
+  for (const Interlude& span : rig.robot.stuck) checkOrder("robot.stuck", span, refuse);
   const double interval_s = (1 - camera.jitter) / camera.fastest();
   if (sensing.exposure > interval_s) {
     refuse("sensing.exposure", fmt::format("{} s is longer than the time between images, {} s",

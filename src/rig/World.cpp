@@ -100,7 +100,7 @@ void World::advanceTo(double time_s, const std::function<void()>& beforeRow) {
     const double until = std::min(time_s, rowTime(rows_)), duration_s = until - time_s_;
     const double period_s = rowTime(rows_) - time_s_;  // where a row begins
     // A base whose rows hold takes a command when a row begins, and then does what the row says.
-    if (beginsRow || !holds) robot_->accelerate(command_, holds ? period_s : duration_s);
+    if (beginsRow || !holds) robot_->accelerate(followed(), holds ? period_s : duration_s);
     const Twist twist = told();
     const Eigen::Isometry3d wMcBefore = robot_->wMc();
     robot_->move(duration_s);
@@ -134,9 +134,19 @@ void World::takeCommands() {
   }
 }
 
+/// What the drives follow of the command.
+Eigen::VectorXd World::followed() const {
+  return isWithin(options_.robot.stuck) ? Eigen::VectorXd::Zero(command_.size()).eval() : command_;
+}
+
+bool World::isWithin(const std::vector<Interlude>& spans) const {
+  return std::any_of(spans.begin(), spans.end(),
+                     [&](const Interlude& span) { return span.covers(time_s_); });
+}
+
 /// Over the time since the last row, by the wheels' encoders where they have ticks.
 Twist World::meanTwist() {
-  const double period_s = time_s_ - odometry_.back().time_s;
+  const double period_s = time_s_ - lastRow_s_;
   return counted({way_.linear / period_s, way_.angular / period_s}, wheels_, period_s);
 }
 
@@ -173,7 +183,8 @@ void World::addRow(Twist twist) {
     for (double& v : twist.linear) v += odometry.noise[0] * gaussian_(random_);
     for (double& w : twist.angular) w += odometry.noise[1] * gaussian_(random_);
   }
-  odometry_.push_back({time_s_, twist});
+  if (!isWithin(odometry.gaps)) odometry_.push_back({time_s_, twist});
+  lastRow_s_ = time_s_;
   way_ = {};
 }
 
@@ -255,7 +266,7 @@ void World::seeAt(const Eigen::Isometry3d& cMo, std::vector<TruePoint>& points) 
 bool World::isHidden(std::size_t point) const {
   return std::any_of(
       options_.sensing.hidden.begin(), options_.sensing.hidden.end(),
-      [&](const HiddenPeriod& hidden) { return hidden.covers(time_s_, static_cast<int>(point)); });
+      [&](const PointPeriod& hidden) { return hidden.covers(time_s_, static_cast<int>(point)); });
 }
 
 /// By how much a point is seen elsewhere as its row of the image is exposed later than the first
@@ -363,8 +374,19 @@ void World::measure(const std::vector<TruePoint>& points, std::vector<TrackedPoi
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double u = points[i].u + errors[i].x(), v = points[i].v + errors[i].y();
     if (isHidden(i) || !options_.camera.pinhole().contains(u, v)) continue;
-    measured.push_back({static_cast<int>(i), u, v, options_.sensing.assumedNoise_px()});
+    measured.push_back({takenFor(static_cast<int>(i)), u, v, options_.sensing.assumedNoise_px()});
   }
+}
+
+/// The point that a tracker takes this one for.
+int World::takenFor(int point) const {
+  for (const PointPeriod& swapped : options_.sensing.swapped) {
+    if (!swapped.covers(time_s_, point)) continue;
+    const auto& points = swapped.points;
+    const auto next = std::find(points.begin(), points.end(), point) + 1;
+    return next == points.end() ? points.front() : *next;
+  }
+  return point;
 }
 
 }  // namespace depthservo

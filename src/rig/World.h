@@ -85,6 +85,9 @@ class World {
   const std::vector<Eigen::Vector2d>& pixelErrors();
   Eigen::Vector2d shiftByReadout(std::size_t point) const;
   bool isHidden(std::size_t point) const;
+  int takenFor(int point) const;
+  bool isWithin(const std::vector<Interlude>& spans) const;
+  Eigen::VectorXd followed() const;
   void printTags(SyntheticView& view) const;
   void printBoard(SyntheticView& view) const;
   void print(SyntheticView& view, std::size_t first, std::size_t count,
@@ -111,7 +114,7 @@ class World {
   std::normal_distribution<double> gaussian_;
   NoiseStream gyroNoise_;
   LastingNoise slip_, wander_;
-  double time_s_ = 0;
+  double time_s_ = 0, lastRow_s_ = 0;
   std::uint64_t images_ = 0, rows_ = 0, looks_ = 0;
   struct Command {
     double from_s;

@@ -35,6 +35,7 @@ void describe(detail::Fields& f, ControlOptions& control);
 void describe(detail::Fields& f, const detail::Key& key, VelocityProfile& profile,
               const detail::Range& velocity);
 void describe(detail::Fields& f, RpyPose& pose, const detail::Need& need = detail::kOptional);
+void describe(detail::Fields& f, Interlude& time);
 const std::vector<detail::Choice<TargetKind>>& targetWords();
 const std::vector<detail::Choice<OdometryMode>>& odometryModes();
 

@@ -125,6 +125,8 @@ void describe(Fields& f, RobotOptions& robot) {
       {"dead_time",
        "commands take effect so much later, when a row of odometry begins or an image is taken"},
       robot.dead_time, {0, 2}, "s");
+  f.list({"stuck", "times `[from, to]` in which the drives follow no command, and the robot stops"},
+         robot.stuck, [](Fields& item, Interlude& span) { describe(item, span); }, {"from", "to"});
 }
 
 void describe(Fields& f, RobotFile& file) {

@@ -61,14 +61,32 @@ void describe(Fields& f, LastingError& error, const Range& range, const char* un
            {0, 3600}, "s");
 }
 
-void describe(Fields& f, HiddenPeriod& hidden) {
+void describe(Fields& f, PointPeriod& hidden) {
   f.number({"from", "first instant hidden", kRequired}, hidden.from, {0, 3600}, "s");
   f.number({"to", "first instant seen again, after `from`", kRequired}, hidden.to, {0, 3600}, "s");
   f.integers({"points", "only these points of the target, by id; empty: all"}, hidden.points,
              {0, 1e6});
 }
 
+void describeSwapped(Fields& f, PointPeriod& swapped) {
+  f.number({"from", "first instant", kRequired}, swapped.from, {0, 3600}, "s");
+  f.number({"to", "first instant in which they are told apart again, after `from`", kRequired},
+           swapped.to, {0, 3600}, "s");
+  f.integers({"points", "two or more of the target, by id"}, swapped.points, {0, 1e6});
+}
+
+void describe(Fields& f, ClockStep& step) {
+  f.number({"at", "when"}, step.at, {0, 3600}, "s");
+  f.number({"by", "how far; below 0: images are left out until they are later than those before"},
+           step.by, {-60, 60}, "s");
+}
+
 }  // namespace
+
+void describe(Fields& f, Interlude& time) {
+  f.number({"from", "first instant", kRequired}, time.from, {0, 3600}, "s");
+  f.number({"to", "first instant after it", kRequired}, time.to, {0, 3600}, "s");
+}
 
 void describe(Fields& f, SensingOptions& sensing) {
   f.choice<SensingSource>(
@@ -90,8 +108,12 @@ void describe(Fields& f, SensingOptions& sensing) {
   f.list({"hidden",
           "times during which points are not seen: `[from, to]` hides all; also `{from, to, "
           "points}`. With images an occluder is drawn"},
-         sensing.hidden, [](Fields& item, HiddenPeriod& hidden) { describe(item, hidden); },
+         sensing.hidden, [](Fields& item, PointPeriod& hidden) { describe(item, hidden); },
          {"from", "to"});
+  f.list({"swapped",
+          "times during which a point is taken for the next one of `points`, and the last for the "
+          "first; needs `source: geometry`"},
+         sensing.swapped, describeSwapped);
   f.number({"outliers", "fraction of measurements that are wrong by 5 to 50 px"}, sensing.outliers,
            {0, 0.5}, "");
   f.number({"delay", "age of an image when it reaches the controller"}, sensing.delay, {0, 2}, "s");
@@ -102,6 +124,10 @@ void describe(Fields& f, SensingOptions& sensing) {
   f.number(
       {"latency_drawn", "1 sigma of what the seed draws: its absolute value is added to `latency`"},
       sensing.latency_drawn, {0, 1}, "s");
+  f.section({"clock_step",
+             "the clock that stamps the images is set once; simulated error, the estimator is not "
+             "informed"},
+            [&](Fields& step) { describe(step, sensing.clock_step); });
   f.number(
       {"stamp_jitter",
        "1 sigma of the stamp of each image, white, but never more than 0.4 of the time between "
@@ -170,6 +196,9 @@ void describe(Fields& f, OdometryOptions& odometry) {
            {0, 0.1}, "m");
   f.number({"wheel_base", "distance of the wheels, for the ticks"}, odometry.wheel_base,
            ranges::kLength, "m");
+  f.list(
+      {"gaps", "times `[from, to]` of which no row comes, as where a driver's rows are no numbers"},
+      odometry.gaps, [](Fields& item, Interlude& gap) { describe(item, gap); }, {"from", "to"});
 }
 
 }  // namespace depthservo

@@ -20,6 +20,15 @@ namespace {
 
 constexpr int kLargePipe = 1 << 20;  // bytes: three images of 640 x 480; more takes a privilege
 
+/// As much as there is room for; a signal is no reason to leave it.
+ssize_t writeSome(int file, std::string_view bytes) {
+  ssize_t count = -1;
+  do {
+    count = ::write(file, bytes.data(), bytes.size());
+  } while (count < 0 && errno == EINTR);
+  return count;
+}
+
 }  // namespace
 
 MadePipe::MadePipe(const std::string& path) {
@@ -74,7 +83,7 @@ bool PipeWriter::open() noexcept {
 PipeWriter::Written PipeWriter::write(std::string_view piece) noexcept {
   if (!open()) return Written::nowhere;
   if (!flush()) return file_ < 0 ? Written::nowhere : Written::dropped;
-  const ssize_t count = ::write(file_, piece.data(), piece.size());
+  const ssize_t count = writeSome(file_, piece);
   if (count < 0 && errno == EPIPE) {
     close();
     return Written::nowhere;
@@ -92,7 +101,8 @@ bool PipeWriter::flush(double wait_s) noexcept {
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration<double>(wait_s);
   while (file_ >= 0 && begin_ < rest_.size()) {
-    const ssize_t count = ::write(file_, rest_.data() + begin_, rest_.size() - begin_);
+    const ssize_t count =
+        writeSome(file_, std::string_view(rest_.data(), rest_.size()).substr(begin_));
     if (count > 0) {
       begin_ += static_cast<std::size_t>(count);
       continue;

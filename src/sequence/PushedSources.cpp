@@ -55,10 +55,9 @@ void PushedTwists::push(const OdometryRow& row) {
   constexpr std::size_t kMostFaults = 10;
   const std::lock_guard lock(mutex_);
   std::string fault;
-  if (!std::isfinite(row.time_s) || !row.twist.linear.allFinite() ||
-      !row.twist.angular.allFinite()) {
+  if (!std::isfinite(row.time_s) || !row.twist.isUsable()) {
     ++counts_.malformed;
-    fault = "expected seven finite numbers";
+    fault = "expected seven finite numbers, and no faster than 1e4 m/s and rad/s";
   } else if (!(row.time_s > last_s_)) {
     ++counts_.notLater;
     fault = fmt::format("one of {} s comes after one of {} s", row.time_s, last_s_);

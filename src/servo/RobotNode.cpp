@@ -146,7 +146,7 @@ RunLog RobotNode::servo(const TaughtGoal& taught, const ServoTask& task, Command
   ServoLoop loop(rig, camera.options(), task.control,
                  goal->servoGoal(camera.options().depth.initial));
   p.rig = &rig;
-  RunLog log = loop.run(&p);
+  RunLog log = loop.run(&p, Keep::theLastFrames);
   p.rig = nullptr;
   rig.finish();
   p.end();

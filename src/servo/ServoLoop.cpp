@@ -130,7 +130,7 @@ void ServoLoop::Parts::process(const Exposure& exposure) {
   log.frames.push_back(std::move(frame));
 }
 
-/// Half of what is kept at a time.
+/// Half of what is kept at a time, and the events.
 void ServoLoop::Parts::letGoOfTheOld(double now_s) {
   const auto isOld = [&](const FrameRecord& frame) {
     return now_s - frame.time_s > OutcomeJudge::kLooksBack_s;
@@ -139,6 +139,7 @@ void ServoLoop::Parts::letGoOfTheOld(double now_s) {
   const auto young = std::find_if_not(log.frames.begin(), log.frames.end(), isOld);
   std::move(log.frames.begin(), young, std::back_inserter(spares));
   log.frames.erase(log.frames.begin(), young);
+  log.events.clear();
 }
 
 Velocities ServoLoop::Parts::control(FrameRecord& frame) {

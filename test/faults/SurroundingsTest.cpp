@@ -183,6 +183,47 @@ TEST_F(Surroundings, with_a_clock_that_jumps_change_nothing_live) {
   }
 }
 
+/// Every second write and read of files and pipes: by a signal, or done in part.
+TEST_F(Surroundings, that_interrupt_or_shorten_calls_change_no_byte) {
+  record(kScenario + " --set duration=0.3", file("sequence"));
+  ASSERT_EQ(mkfifo(file("twists").c_str(), 0600), 0);
+  writeSweep();
+  fs::copy(data("../test/sequence/bags/lz4.bag"), folder_ / "drive.bag");
+  const std::string usual = " PATH=/nowhere ";
+  const auto madeIn = [&](const std::string& place, const std::string& environment) {
+    fs::create_directory(folder_ / place);
+    const auto in = [&](const std::string& leaf) { return file(place + "/" + leaf); };
+    const std::string live =
+        "live --source '" + file("sequence") + "/rgb/%06d.png' --times " + file("sequence") +
+        "/rgb.txt --no-window --camera " + file("sequence") + "/camera.yaml --target " +
+        file("sequence") + "/sequence.yaml --rows hold --twist " + file("twists") + " --out ";
+    const std::string rows = "cat " + file("sequence/twist.csv") + " >" + file("twists") + " & ";
+    for (const auto& [command, before] : std::vector<std::pair<std::string, std::string>>{
+             {live + in("live"), rows},
+             {"run " + kPoints + " --mcap " + in("x.mcap") + " --out " + in("run"), ""},
+             {"replay " + file("sequence") + " --out " + in("replay"), ""},
+             {"sweep " + file("sweep.yaml") + " --jobs 1 --out " + in("sweep"), ""},
+             {"replay " + file("drive.bag") + " --tracker klt --out " + in("bag"), ""}}) {
+      const Result result = depthservo(command, before + environment);
+      EXPECT_EQ(result.exitCode, 0) << command << "\n" << result.err;
+    }
+    Tree tree = treeOf(folder_ / place);
+    for (auto& entry : tree) {  // it says where it is
+      for (std::size_t at = 0; (at = entry.second.find(place + "/", at)) != std::string::npos;) {
+        entry.second.erase(at, place.size());
+      }
+    }
+    return tree;
+  };
+  const Tree expected = madeIn("usual", usual);
+  EXPECT_GT(expected.size(), 10u);
+  for (const std::string kind : {"often-interrupted", "often-short"}) {
+    EXPECT_TRUE(madeIn(kind, usual + faultAt(0, kind, folder_.path().string(), "") + " ") ==
+                expected)
+        << kind;
+  }
+}
+
 TEST_F(Surroundings, shared_by_two_at_once_give_the_folder_to_one) {
   writeSweep();
   const auto both = [&](const std::string& command) {

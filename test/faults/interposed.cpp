@@ -4,6 +4,8 @@
 //   FAULTS_UNDER  the folder: a call counts where its path, or that of its file, is below it
 //   FAULTS_KIND   full, read-only, file-limit: that call and all after it; io, interrupted, short,
 //                 kill: that call alone
+//                 often-interrupted, often-short: every second write or read of a file, or of a pipe
+//                 there, by the program itself
 //   FAULTS_AT     number of the call, from 1, among those that can fail like that; 0: none
 //   FAULTS_TOLD   file that gets "<naming> <writing> <finishing> <removing calls> <name of the call
 //                 that failed>"
@@ -64,6 +66,7 @@ struct Plan {
     syscall(SYS_close, file);
   }
 
+  bool isOften() const { return strncmp(kind, "often-", 6) == 0; }
   bool is(const char* name) const { return strcmp(kind, name) == 0; }
   bool canFail(Call call) const {
     if (is("kill")) return true;
@@ -79,7 +82,7 @@ struct Plan {
   }
   bool isLasting() const { return is("full") || is("read-only") || is("file-limit"); }
 
-  char under[PATH_MAX], kind[16], told[PATH_MAX], failed[64] = "";
+  char under[PATH_MAX], kind[32], told[PATH_MAX], failed[64] = "";
   long long at = 0;
   long clockStep_s = 0;
   std::atomic<long long> calls{0};
@@ -105,14 +108,27 @@ bool isBelow(const char* path) {
   return strncmp(path, plan().under, length) == 0 && path[length] == '/';
 }
 
-bool isBelow(int file) {
+/// Pipes, too.
+bool isThere(int file) {
   char link[64], path[PATH_MAX];
   snprintf(link, sizeof link, "/proc/self/fd/%d", file);
   const ssize_t length = readlink(link, path, sizeof path - 1);
   if (length <= 0) return false;
   path[length] = '\0';
+  return isBelow(path);
+}
+
+bool isBelow(int file) {
   struct stat status;
-  return isBelow(path) && fstat(file, &status) == 0 && !S_ISFIFO(status.st_mode);
+  return isThere(file) && fstat(file, &status) == 0 && !S_ISFIFO(status.st_mode);
+}
+
+enum class Disturbance { none, interrupted, isShort };
+
+/// Of a write or read, where they are disturbed often.
+Disturbance disturbanceOf(int file) {
+  if (!plan().isOften() || !isThere(file) || ++plan().calls % 2 == 0) return Disturbance::none;
+  return plan().is("often-short") ? Disturbance::isShort : Disturbance::interrupted;
 }
 
 bool isBelow(FILE* stream) { return isBelow(fileno(stream)); }
@@ -124,7 +140,7 @@ bool isBelow(int folder, const char* path) {
 /// Whether this call of the tool is to fail.
 bool fails(const char* name, Call call, bool isMeant) {
   Plan& p = plan();
-  if (!isMeant) return false;
+  if (!isMeant || p.isOften()) return false;
   ++p.count[static_cast<int>(call)];
   if (!p.canFail(call)) return false;
   const long long number = ++p.calls;
@@ -194,14 +210,48 @@ OPENAT(openat64)
 FOPEN(fopen)
 FOPEN(fopen64)
 
+#define DISTURB(file, count)                                 \
+  switch (disturbanceOf(file)) {                             \
+    case Disturbance::interrupted:                           \
+      errno = EINTR;                                         \
+      return -1;                                             \
+    case Disturbance::isShort:                               \
+      count = (count + 1) / 2;                               \
+      break;                                                 \
+    case Disturbance::none:                                  \
+      break;                                                 \
+  }
+
+ssize_t read(int file, void* bytes, size_t count) {
+  NEXT(read);
+  DISTURB(file, count)
+  return real(file, bytes, count);
+}
+
+#define PREAD(function)                                                     \
+  ssize_t function(int file, void* bytes, size_t count, off_t at) {         \
+    NEXT(function);                                                         \
+    DISTURB(file, count)                                                    \
+    return real(file, bytes, count, at);                                    \
+  }
+PREAD(pread)
+PREAD(pread64)
+
 ssize_t write(int file, const void* bytes, size_t count) {
   NEXT(write);
+  DISTURB(file, count)
   if (!fails("write", Call::writing, isBelow(file))) return real(file, bytes, count);
   return isShort() ? real(file, bytes, (count + 1) / 2) : -1;
 }
 
 ssize_t writev(int file, const iovec* parts, int count) {
   NEXT(writev);
+  const Disturbance disturbance = disturbanceOf(file);
+  if (disturbance == Disturbance::interrupted) {
+    errno = EINTR;
+    return -1;
+  }
+  if (disturbance == Disturbance::isShort && parts[0].iov_len > 1) return real(file, parts, 1);
   if (!fails("writev", Call::writing, isBelow(file))) return real(file, parts, count);
   if (!isShort()) return -1;
   const iovec part{parts[0].iov_base, (parts[0].iov_len + 1) / 2};

@@ -152,9 +152,19 @@ TEST(MotionBuffer, refusesRowsItCannotUseAndKeepsTheRest) {
   EXPECT_FALSE(buffer.push(kInf, forward(3)));
   EXPECT_FALSE(buffer.push(2, forward(kNaN)));
   EXPECT_FALSE(buffer.push(2, {{0, 0, 0}, {0, kInf, 0}}));
-  EXPECT_EQ(buffer.refused(), 6u);
+  EXPECT_FALSE(buffer.push(2, forward(1.001 * Twist::kLargestSpeed_mps)));
+  EXPECT_FALSE(buffer.push(2, {{0, 0, 0}, {0, 1e300, 0}}));
+  EXPECT_EQ(buffer.refused(), 8u);
   EXPECT_EQ(buffer.size(), 2u);
   EXPECT_NEAR(buffer.motion(0, 2).motion.t.z(), -3, 1e-15);
+}
+
+TEST(MotionBuffer, knowsNothingOfTimesTooLongForAMotion) {
+  MotionBuffer buffer = bufferOf({{0, forward(1)}, {1, forward(2)}});
+  EXPECT_EQ(buffer.coverage(0, Motion::kLongest_s), Coverage::ended);
+  EXPECT_TRUE(buffer.motion(0, Motion::kLongest_s).motion.isUsable());
+  EXPECT_EQ(buffer.coverage(0, 1.001 * Motion::kLongest_s), Coverage::beforeStart);
+  EXPECT_EQ(buffer.coverage(0, 1e300), Coverage::beforeStart);
 }
 
 TEST(MotionBuffer, forgetsTheOldestRowsWhenFull) {

@@ -239,5 +239,23 @@ TEST(Motion, whatIsUnknownAddsUpAndMustBeFinite) {
   EXPECT_FALSE(Motion::notKnown({.5, std::nan(""), 0}).isUsable());
 }
 
+TEST(Motion, beyondAnyRobotIsOfNoUse) {
+  constexpr double kMost = Twist::kLargestSpeed_mps;
+  const Twist fastest{{0, 0, kMost}, {0, Twist::kLargestTurnRate_rps, 0}};
+  EXPECT_TRUE(fastest.isUsable());
+  for (const double dt : {1e-9, 1e-3, 1., 1e6}) {
+    EXPECT_TRUE(Motion::fromTwist(fastest, dt).isUsable()) << dt;
+    EXPECT_FALSE(Motion::fromTwist({{0, 0, 11 * kMost}, {0, 0, 0}}, dt).isUsable()) << dt;
+  }
+  Motion stretched = Motion::fromTwist(fastest, 1);
+  stretched.R *= 2;
+  EXPECT_FALSE(stretched.isUsable()) << "no rotation";
+  UnknownMotion any;
+  any.speed_mps = any.turnRate_rps = 1e300;
+  any.acceleration_mps2 = any.turnAcceleration_rps2 = 0;
+  EXPECT_LE(any.over({}, 0, 1).distance_m, kMost);
+  EXPECT_TRUE(Motion::notKnown(any.over({}, 0, 1e6)).isUsable());
+}
+
 }  // namespace
 }  // namespace depthservo

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <limits>
@@ -110,10 +109,8 @@ inline std::string written(const MakeCallable& make, const Calls& calls) {
   return text + "  // " + faultOf(make, calls) + "\n";
 }
 
-/// Anything: usual values in [-1, 1], and this share of what no caller should pass. Finite numbers above 1e6 (speeds
-/// that nothing has) are drawn with DEPTHSERVO_BEYOND_SENSE alone: estimators are known not to bear all of them.
+/// Anything: usual values in [-1, 1], and this share of what no caller should pass.
 inline double anything(Random& random, double share) {
-  static const bool isBeyondSense = std::getenv("DEPTHSERVO_BEYOND_SENSE") != nullptr;
   using Limits = std::numeric_limits<double>;
   static const double odd[] = {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(),
                                0,                   -0.0,               1,
@@ -122,8 +119,7 @@ inline double anything(Random& random, double share) {
                                Limits::max(),       Limits::lowest()};
   if (random.uniform(0, 1) >= share) return random.uniform(-1, 1);
   const int i = random.integer(0, 25);
-  const double most = isBeyondSense ? 30 : 6;
-  return i < (isBeyondSense ? 14 : 12) ? odd[i] : random.uniform(-1, 1) * std::pow(10, random.uniform(-30, most));
+  return i < 14 ? odd[i] : random.uniform(-1, 1) * std::pow(10, random.uniform(-30, random.integer(0, 1) ? 6 : 308));
 }
 
 /// Calls new objects of a kind `total` times in all; what breaks a promise is shrunk and told, as

@@ -62,8 +62,18 @@ struct DEPTHSERVO_API Motion {
                          (unknown.duration_s + unknown.distance_m + unknown.angle_rad));
   }
 
-  /// Whether it can be what happened between two images: finite, lasting 1 ns to 10^6 s.
-  bool isUsable() const { return dt >= 1e-9 && dt <= 1e6 && isFinite(); }
+  static constexpr double kLongest_s = 1e6;
+
+  /// Whether it can be what happened between two images: finite, lasting 1 ns to kLongest_s, R a
+  /// rotation to 1 %, no faster on the mean than ten times the fastest twist, nothing beyond sense.
+  bool isUsable() const {
+    constexpr double kMost = 1e12, kMostVariance = kMost * kMost;
+    return dt >= 1e-9 && dt <= kLongest_s && isFinite() && std::abs(R.squaredNorm() - 3) <= 0.03 &&
+           t.norm() <= 10 * Twist::kLargestSpeed_mps * dt && std::abs(dt2) <= kMost &&
+           std::abs(within.t2) <= kMostVariance && std::abs(within.theta2) <= kMostVariance &&
+           std::abs(unknown.duration_s) <= kLongest_s && std::abs(unknown.distance_m) <= kMost &&
+           std::abs(unknown.angle_rad) <= kMost;
+  }
 };
 
 /// Twist of a camera at the pose bMc = (R, p) in a body with that twist, each in its own frame:

@@ -17,7 +17,7 @@ enum class Coverage {
   ended,        ///< not its end: the newest row is too old for odometry that is only late
   refused,      ///< not a part of it: what was told of the motion then could not be used
   empty,        ///< there is no odometry at all
-  beforeStart,  ///< the interval begins before the oldest row (never recorded, or forgotten)
+  beforeStart,  ///< it begins before the oldest row (never recorded, forgotten), or is too long
   afterEnd,     ///< the interval ends after the newest row has lost its validity: odometry is late
   reversed,     ///< the interval ends before it begins, or a time is not finite
 };
@@ -57,8 +57,8 @@ class DEPTHSERVO_API MotionBuffer {
   MotionBuffer(const MotionBuffer&) = default;  // no move: nothing is left without its memory
   MotionBuffer& operator=(const MotionBuffer&) = default;
 
-  /// Adds a row. Refused (false, counted, nothing changed) when the time or the twist is not finite
-  /// or the time is not after the newest row's. \rtsafe
+  /// Adds a row. Refused (false, counted, nothing changed) when the time is not finite or not after
+  /// the newest row's, or the twist is not usable (`Twist::isUsable`). \rtsafe
   bool push(double time_s, const Twist& twist);
 
   /// The newest row is known to hold until this time [s], or until the next row's if that comes

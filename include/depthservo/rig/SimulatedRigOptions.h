@@ -50,12 +50,18 @@ struct CameraOptions {
 /// Points from rendered images, or projected.
 enum class SensingSource { geometry, image };
 
-/// Points that are not seen for a while.
-struct DEPTHSERVO_API HiddenPeriod {
+/// Points of which something holds for a while.
+struct DEPTHSERVO_API PointPeriod {
   double from = 0, to = 0;  ///< [s], from < to
   std::vector<int> points;  ///< indices; empty: all
 
   bool covers(double time_s, int point) const;
+};
+
+/// A clock that is set.
+struct ClockStep {
+  double at = 0;  ///< [s]
+  double by = 0;  ///< [s]; 0: it is not
 };
 
 /// What becomes of an image or of its points on the way to the estimator.
@@ -66,13 +72,15 @@ struct DEPTHSERVO_API SensingOptions {
   int corners = 24;  ///< of a wall that are followed, at most, spread over the taught image
   std::optional<double>
       assumed_noise;  ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
-  std::vector<HiddenPeriod> hidden;
+  std::vector<PointPeriod> hidden;   ///< not seen
+  std::vector<PointPeriod> swapped;  ///< each is taken for the next one in the list
   double outliers = 0;  ///< fraction of measurements that are wrong [-]
   double delay = 0;     ///< age of an image when it arrives [s]
   double latency =
       0;  ///< images are stamped so late; simulated error; the estimator is not informed [s]
   double latency_drawn =
       0;  ///< 1 sigma of what is added to the latency, drawn by the seed, >= 0 [s]
+  ClockStep clock_step;
   double stamp_jitter = 0;      ///< 1 sigma of the stamp of each image, white [s]
   double readout = 0;           ///< rolling shutter: from the first row to the last [s]
   LastingError wander{0, 0.7};  ///< of every measured position, each axis by itself [px]
@@ -103,6 +111,7 @@ struct DEPTHSERVO_API OdometryOptions {
   RowMeaning rows = RowMeaning::hold;
   double ticks = 0;          ///< resolution of the wheel encoders [m]; 0: perfect
   double wheel_base = 0.36;  ///< distance between the wheels [m]
+  std::vector<Interlude> gaps;  ///< rows that begin then are lost
 
   /// What the estimator is told of it.
   OdometryNoise declaredNoise() const;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
 #include "depthservo/api.h"
 #include "depthservo/motion/RpyPose.h"
@@ -39,6 +40,13 @@ struct ArmOptions {
   double column = 0.3, upper_arm = 0.35, forearm = 0.3;  ///< lengths [m]
 };
 
+/// A time in which something is otherwise.
+struct Interlude {
+  double from = 0, to = 0;  ///< [s], from < to
+
+  bool covers(double time_s) const { return time_s >= from && time_s < to; }
+};
+
 struct RobotOptions {
   RobotKind type = RobotKind::unicycle;
   Eigen::Vector3d camera_offset = Eigen::Vector3d::Zero();  ///< robot frame: x forward, z up [m]
@@ -54,6 +62,7 @@ struct RobotOptions {
   RobotLimits limits;
   double lag = 0;        ///< time constant of the drives [s]; 0: none
   double dead_time = 0;  ///< from a command to the drives, of the simulated robot [s]
+  std::vector<Interlude> stuck;  ///< the drives of the simulated robot follow no command then
 };
 
 /// Limits of each velocity of a robot, n.

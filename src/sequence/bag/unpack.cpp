@@ -57,6 +57,10 @@ std::unique_ptr<HeldBytes> unpack(std::string_view packed, const std::string& pa
     failUnpacking(
         fmt::format("its header tells {} bytes; up to {} are unpacked", size, kMostBytesHeld));
   }
+  constexpr std::uint64_t kMostByLz4 = 256;  // bytes that come of one, and a little
+  if (packing == "lz4" && size / kMostByLz4 > packed.size()) {
+    failUnpacking(fmt::format("lz4: {} bytes cannot hold {}", packed.size(), size));
+  }
   auto out = std::make_unique<HeldBytes>(size);
   std::uint64_t got = 0;
   if (packing == "lz4") {
