@@ -135,8 +135,8 @@ void World::takeCommands() {
 }
 
 /// What the drives follow of the command.
-Eigen::VectorXd World::followed() const {
-  return isWithin(options_.robot.stuck) ? Eigen::VectorXd::Zero(command_.size()).eval() : command_;
+Velocities World::followed() const {
+  return isWithin(options_.robot.stuck) ? Velocities(Velocities::Zero(command_.size())) : command_;
 }
 
 bool World::isWithin(const std::vector<Interlude>& spans) const {

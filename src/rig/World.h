@@ -87,7 +87,7 @@ class World {
   bool isHidden(std::size_t point) const;
   int takenFor(int point) const;
   bool isWithin(const std::vector<Interlude>& spans) const;
-  Eigen::VectorXd followed() const;
+  Velocities followed() const;
   void printTags(SyntheticView& view) const;
   void printBoard(SyntheticView& view) const;
   void print(SyntheticView& view, std::size_t first, std::size_t count,

@@ -87,6 +87,8 @@ TEST_F(Surroundings, with_little_memory_end_clearly) {
   int done = 0, short_of = 0;
   for (int MB = 84; MB <= (areAllTried() ? 400 : 156); MB += areAllTried() ? 2 : 12) {
     const std::string limit = fmt::format("ulimit -v {};", 1024 * MB), n = std::to_string(MB);
+    const bool starts = depthservo("--version", limit + "PATH=/nowhere").exitCode == 0;
+    if (!starts) continue;  // its libraries alone take more: nothing of ours runs yet
     for (const std::string& command :
          {"run " + kPoints + " --out " + file("run" + n), "replay " + file("sequence"),
           "sweep " + file("sweep.yaml") + " --jobs 4 --out " + file("sweep" + n)}) {

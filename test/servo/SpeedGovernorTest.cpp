@@ -1,5 +1,3 @@
-#include "servo/SpeedGovernor.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -7,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "servo/SpeedGovernor.h"
 #include "support/Random.h"
 
 namespace depthservo::test {
@@ -24,12 +23,15 @@ class Told : public PointSetEstimator {
       e.status = DepthStatus::valid;
     }
   }
-  std::unique_ptr<PointSetEstimator> clone() const override { return std::make_unique<Told>(*this); }
+  std::unique_ptr<PointSetEstimator> clone() const override {
+    return std::make_unique<Told>(*this);
+  }
   void reset() override {}
   bool setPrior(int, const DepthPrior&) override { return false; }
   Coverage advance(const MotionBuffer&, double) override { return Coverage::complete; }
   void correct(const std::vector<PointObservation>&) override {}
   void correctDepth(int, const DepthPrior&) override {}
+  using PointSetEstimator::estimate;
   DepthEstimate estimate(int id) const override { return estimates[static_cast<std::size_t>(id)]; }
   double time() const override { return 0; }
   const DepthRange& range() const override { return range_; }
@@ -79,13 +81,10 @@ TEST_F(SpeedGovernorTest, slows_down_in_proportion_to_sigma_from_half_of_the_sto
   struct {
     double sigma_px, speed;
     Basis basis;
-  } const cases[] = {{0.5 * kStop_px, 1, Basis::features},
-                     {0.6 * kStop_px, 0.8, Basis::slowed},
-                     {0.75 * kStop_px, 0.5, Basis::slowed},
-                     {0.94 * kStop_px, 0.12, Basis::slowed},
+  } const cases[] = {{0.5 * kStop_px, 1, Basis::features},  {0.6 * kStop_px, 0.8, Basis::slowed},
+                     {0.75 * kStop_px, 0.5, Basis::slowed}, {0.94 * kStop_px, 0.12, Basis::slowed},
                      {0.96 * kStop_px, 0, Basis::waiting},  // slower it would hardly get on
-                     {kStop_px, 0, Basis::waiting},
-                     {100 * kStop_px, 0, Basis::waiting}};
+                     {kStop_px, 0, Basis::waiting},         {100 * kStop_px, 0, Basis::waiting}};
   for (const auto& now : cases) {
     told_.hide(1, now.sigma_px);
     images(2);
