@@ -45,7 +45,7 @@ Eigen::Vector3d followed(const Eigen::Vector3d& change, double sigma, double dt)
 Eigen::Vector3d leftOver(const Eigen::Vector3d& change, const Eigen::Vector3d& followed,
                          double sigma, double dt) {
   const double times = GaussMarkov{1, kSteady_s}.asWhite(dt);
-  return std::sqrt(beyond(sigma, change) * times) * (change - followed);
+  return beyond(sigma, change) * std::sqrt(times) * (change - followed);
 }
 
 /// How much slip changes the speed from one image to the next [m/s].

@@ -128,7 +128,9 @@ TEST_P(DepthEstimatorContract, worksAgainAfterGarbage) {
     for (int i = 0; i < 20; ++i) {
       estimator->predict(Motion::fromTwist(garbageTwist(random), garbage(random)));
       estimator->correct(garbageMeasurement(random));
-      estimator->correctDepth(garbagePrior(random));
+      const DepthPrior told = garbagePrior(random);
+      const bool isLie = told.isUsable() && std::abs(1 / told.Z - 1) < 0.1;  // not garbage
+      if (!isLie) estimator->correctDepth(told);
     }
     // From here on all is well: measured again after the jump, and at the latest after the
     // rejections allowed in a row it follows.

@@ -155,10 +155,12 @@ TEST_F(ScenarioTest, the_effective_configuration_has_every_key) {
   const auto parsed = [&](const std::vector<std::string>& overrides) {
     return nlohmann::json::parse(loadWith(overrides).toJson());
   };
-  const auto profile = parsed(
-      {"sensing.hidden=[[1, 2]]", "expect.outcome=converged",
-       "target.twist=[{until: 5, v: [0, 0, 0, 0, 0, 0]}]", "control.law=profile", "robot.goal=null",
-       "control.profile=[{until: 5, v: [0.1, 0]}]", "control.excite={speed: 0.1}"});
+  const auto profile =
+      parsed({"sensing.hidden=[[1, 2]]", "sensing.swapped=[{from: 1, to: 2, points: [0, 1]}]",
+              "sensing.source=geometry", "odometry.gaps=[[1, 2]]", "robot.stuck=[[1, 2]]",
+              "expect.outcome=converged", "target.twist=[{until: 5, v: [0, 0, 0, 0, 0, 0]}]",
+              "control.law=profile", "robot.goal=null", "control.profile=[{until: 5, v: [0.1, 0]}]",
+              "control.excite={speed: 0.1}"});
   const auto tags = parsed({"target={type: apriltag, family: 36h11, tags: [{id: 0, size: 0.2}]}",
                             "sensing.tracker=apriltag"});
   const auto walls = parsed({"target={type: wall, walls: [{width: 1}]}", "sensing.tracker=klt"});

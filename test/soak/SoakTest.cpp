@@ -240,17 +240,20 @@ TEST_F(Soak, of_live_changes_nothing) {
   expectSteady("live");
   EXPECT_EQ(waitEnd(), 0) << folder_.read("err");
   const auto metrics = nlohmann::json::parse(folder_.read("out"))["metrics"];
-  EXPECT_EQ(metrics["frames"], images());
-  EXPECT_NEAR(metrics["duration_s"], time(images() - 1), 1e-6);
+  EXPECT_GE(metrics["frames"], 0.9 * static_cast<double>(images()))
+      << "who is busy leaves some out";
   std::ifstream rows(path("trajectory"));
   std::string row;
-  for (long k = 0; k < images();) {
-    ASSERT_TRUE(std::getline(rows, row)) << "ends before image " << k;
+  long count = 0;
+  for (long k = 0; std::getline(rows, row);) {
     if (row[0] == '#') continue;
-    ASSERT_EQ(row.substr(0, row.find(' ')), fmt::format("{:.9f}", time(k))) << k;
+    const std::string stamp = row.substr(0, row.find(' '));
+    while (k < images() && fmt::format("{:.9f}", time(k)) != stamp) ++k;
+    ASSERT_LT(k, images()) << stamp << " is the time of no image after the one before";
     ++k;
+    ++count;
   }
-  EXPECT_FALSE(std::getline(rows, row)) << row;
+  EXPECT_EQ(count, metrics["frames"]);
 }
 
 /// It is armed, and what it commands is not done: it never arrives.
@@ -274,7 +277,7 @@ TEST_F(Soak, of_servo_changes_nothing) {
   expectSteady("servo");
   EXPECT_EQ(waitEnd(), 4) << "without a camera it stops for safety" << folder_.read("err");
   const auto told = nlohmann::json::parse(folder_.read("out"));
-  EXPECT_EQ(told["images"]["taken"], images());
+  EXPECT_GE(told["images"]["taken"], images() - 1) << "the first may come before its odometry";
   EXPECT_EQ(told["images"]["skipped"], 0);
   EXPECT_EQ(told["commands"]["not_written"], 0);
 }
