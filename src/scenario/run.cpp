@@ -9,6 +9,7 @@
 #include "depthservo/scenario/recordedLaw.h"
 #include "depthservo/servo/ServoLoop.h"
 #include "observation/ObserverSetup.h"
+#include "observation/errorsOf.h"
 #include "scenario/taughtWalls.h"
 
 namespace depthservo {
@@ -113,12 +114,9 @@ ObservationOptions observationOf(const Scenario& scenario, const SimulatedRig& r
   const bool isMeasured =
       scenario.target.type == TargetKind::wall && scenario.sensing.source == SensingSource::image;
   options.isPixelNoiseGiven = !isMeasured || scenario.sensing.assumed_noise;
+  options.odometryNoise = scenario.odometry.declaredNoise();
   // A simulation without noise says nothing against the noise of a profile.
-  const ErrorKind errors = options.depth.errors;
-  const bool hasProfile = errors != ErrorKind::automatic && errors != ErrorKind::declared;
-  if (!hasProfile || !scenario.odometry.noise.isZero()) {
-    options.odometryNoise = scenario.odometry.declaredNoise();
-  }
+  if (scenario.odometry.noise.isZero() && errorsOf(options)) options.odometryNoise.reset();
   options.odometryScaleSigma = scenario.odometry.scale_sigma;
   options.focalSigma = scenario.camera.focal_sigma;
   return options;
