@@ -214,7 +214,8 @@ std::optional<std::string> SelfDiagnosis::update(
       slipped_s_ += motion.dt;
     }
   }
-  varianceFactor_ = std::max(varianceFactor_, varianceFactor());
+  factor_ = varianceFactor();
+  greatestFactor_ = std::max(greatestFactor_, factor_);
 
   const ConsistencyMonitor::Diagnosis now = diagnosis();
   if (!isFault(now)) return {};
@@ -246,9 +247,8 @@ double SelfDiagnosis::varianceFactor() const {
 }
 
 DepthEstimate SelfDiagnosis::honest(DepthEstimate estimate) const {
-  const double factor = varianceFactor();
-  if (!(factor > 1)) return estimate;
-  estimate.sigma_chi *= std::sqrt(factor);
+  if (!(factor_ > 1)) return estimate;
+  estimate.sigma_chi *= std::sqrt(factor_);
   const bool isVague = estimate.sigma_chi >= kValidRelativeSigma * estimate.chi;
   if (estimate.status == DepthStatus::valid && isVague) estimate.status = DepthStatus::converging;
   return estimate;
@@ -274,7 +274,7 @@ RunDiagnosis SelfDiagnosis::result() const {
       result.latest.cause = Cause::noData;
     }
   }
-  result.varianceFactor = varianceFactor_;
+  result.varianceFactor = greatestFactor_;
   return result;
 }
 

@@ -67,7 +67,7 @@ class DEPTHSERVO_INNER SelfDiagnosis {
   Learnt learntSlip() const;
   void nameLearnt(ConsistencyMonitor::Diagnosis& d) const;
 
-  double varianceFactor_ = 1;  // greatest
+  double factor_ = 1, greatestFactor_ = 1;  // of variances, after the last image and over all
   struct {
     double sum = 0;
     int images = 0;
