@@ -2,6 +2,10 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+# Test programs of the core (motion, camera, depth, pose), in build/*/test.
+core_tests=(motion/motion_test camera/camera_test pose/pose_test
+            depth/{depth,unknown_motion,focal,window,filter,noise_learner,robot_errors}_test)
+
 step_log=$(mktemp)
 trap 'rm -f "$step_log"' EXIT
 

@@ -9,6 +9,7 @@
 #include "depthservo/features/FeaturePointGroup.h"
 #include "support/FourPointScene.h"
 #include "support/StillPoint.h"
+#include "support/ToldEstimates.h"
 
 namespace depthservo {
 namespace {
@@ -325,28 +326,6 @@ TEST(FeaturePointGroup, setDepthIsFusedIntoThatPoint) {
   EXPECT_NEAR(s[0].estimate().Z(), 1, 1e-9);
   EXPECT_NEAR(s[1].estimate().Z(), 2, 1e-3);
 }
-
-/// Estimates as they are told.
-class ToldEstimates : public PointSetEstimator {
- public:
-  explicit ToldEstimates(std::vector<DepthEstimate> estimates) : estimates_(std::move(estimates)) {}
-  std::unique_ptr<PointSetEstimator> clone() const override {
-    return std::make_unique<ToldEstimates>(*this);
-  }
-  void reset() override {}
-  bool setPrior(int, const DepthPrior&) override { return true; }
-  Coverage advance(const MotionBuffer&, double) override { return Coverage::complete; }
-  void correct(const std::vector<PointObservation>&) override {}
-  void correctDepth(int, const DepthPrior&) override {}
-  using PointSetEstimator::estimate;
-  DepthEstimate estimate(int id) const override { return estimates_[static_cast<std::size_t>(id)]; }
-  double time() const override { return 0; }
-  const DepthRange& range() const override { return range_; }
-
- private:
-  std::vector<DepthEstimate> estimates_;
-  DepthRange range_;
-};
 
 DepthEstimate toldDepth(double Z, double sigma_chi) {
   DepthEstimate e;

@@ -1,52 +1,18 @@
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "servo/SpeedGovernor.h"
 #include "support/Random.h"
+#include "support/ToldEstimates.h"
 
 namespace depthservo::test {
 namespace {
 
 constexpr double kFocal_px = 500, kStop_px = 10, kRamp_s = 0.5, kFrame_s = 0.04;
-
-/// Four points, as a test says they are.
-class Told : public PointSetEstimator {
- public:
-  Told() {
-    for (DepthEstimate& e : estimates) {
-      e.chi = 1;
-      e.sigma_chi = 0.01;
-      e.status = DepthStatus::valid;
-    }
-  }
-  std::unique_ptr<PointSetEstimator> clone() const override {
-    return std::make_unique<Told>(*this);
-  }
-  void reset() override {}
-  bool setPrior(int, const DepthPrior&) override { return false; }
-  Coverage advance(const MotionBuffer&, double) override { return Coverage::complete; }
-  void correct(const std::vector<PointObservation>&) override {}
-  void correctDepth(int, const DepthPrior&) override {}
-  using PointSetEstimator::estimate;
-  DepthEstimate estimate(int id) const override { return estimates[static_cast<std::size_t>(id)]; }
-  double time() const override { return 0; }
-  const DepthRange& range() const override { return range_; }
-
-  /// Hidden, and predicted with this sigma.
-  void hide(std::size_t point, double sigma_px) {
-    estimates[point].status = DepthStatus::coasting;
-    estimates[point].sigma_xy = sigma_px / kFocal_px;
-  }
-
-  std::array<DepthEstimate, 4> estimates;
-
- private:
-  DepthRange range_;
-};
 
 class SpeedGovernorTest : public testing::Test {
  protected:
@@ -64,7 +30,20 @@ class SpeedGovernorTest : public testing::Test {
     for (int i = 0; i < std::lround(duration_s / kFrame_s); ++i) image();
   }
 
-  Told told_;
+  /// A point is not seen, and predicted with this sigma.
+  void hide(std::size_t point, double sigma_px) {
+    told_.estimates[point].status = DepthStatus::coasting;
+    told_.estimates[point].sigma_xy = sigma_px / kFocal_px;
+  }
+  static DepthEstimate valid() {
+    DepthEstimate estimate;
+    estimate.chi = 1;
+    estimate.sigma_chi = 0.01;
+    estimate.status = DepthStatus::valid;
+    return estimate;
+  }
+
+  ToldEstimates told_{std::vector<DepthEstimate>(4, valid())};
   PointFeatures features_{4, DepthRange()};
   SpeedGovernor governor_{kStop_px, kFocal_px};
   double time_s_ = 1000;
@@ -86,7 +65,7 @@ TEST_F(SpeedGovernorTest, slows_down_in_proportion_to_sigma_from_half_of_the_sto
                      {0.96 * kStop_px, 0, Basis::waiting},  // slower it would hardly get on
                      {kStop_px, 0, Basis::waiting},         {100 * kStop_px, 0, Basis::waiting}};
   for (const auto& now : cases) {
-    told_.hide(1, now.sigma_px);
+    hide(1, now.sigma_px);
     images(2);
     EXPECT_NEAR(governor_.speed(), now.speed, 1e-9) << now.sigma_px;
     EXPECT_EQ(governor_.basis(), now.basis) << now.sigma_px;
@@ -116,7 +95,7 @@ TEST_F(SpeedGovernorTest, whatever_comes_the_share_is_one_and_changes_no_faster_
   Random random(1);
   for (int k = 0; k < 2000; ++k) {
     const auto point = static_cast<std::size_t>(random.integer(0, 3));
-    told_.hide(point, random.uniform(0, 2 * kStop_px));
+    hide(point, random.uniform(0, 2 * kStop_px));
     if (random.integer(0, 2) > 0) told_.estimates[point].status = DepthStatus::valid;
     if (random.integer(0, 9) == 0) told_.estimates[point].status = DepthStatus::lost;
     const double before = governor_.speed(), dt = random.uniform(-0.1, 0.3);
@@ -129,7 +108,7 @@ TEST_F(SpeedGovernorTest, whatever_comes_the_share_is_one_and_changes_no_faster_
 }
 
 TEST_F(SpeedGovernorTest, a_time_that_is_none_changes_nothing) {
-  told_.hide(0, kStop_px);
+  hide(0, kStop_px);
   images(0.2);
   const double before = governor_.speed();
   ASSERT_GT(before, 0);
