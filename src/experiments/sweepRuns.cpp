@@ -11,6 +11,8 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <set>
+#include <string>
 #include <thread>
 
 #include "depthservo/experiments/SweepFolder.h"
@@ -69,12 +71,12 @@ std::vector<double> metricsOf(const Sweep& sweep, const Metrics& metrics) {
 }
 
 bool needsPoints(const Sweep& sweep) {
+  static const std::set<std::string> ofFrames{"duration_s",       "frames",
+                                              "min_frame_rate",   "final_error_px",
+                                              "final_distance_m", "final_angle_rad"};
   const auto& metrics = sweep.options().metrics;
-  return std::any_of(metrics.begin(), metrics.end(), [](const std::string& metric) {
-    return metric != "duration_s" && metric != "frames" && metric != "min_frame_rate" &&
-           metric != "final_error_px" && metric != "final_distance_m" &&
-           metric != "final_angle_rad";
-  });
+  return std::any_of(metrics.begin(), metrics.end(),
+                     [](const std::string& metric) { return ofFrames.count(metric) == 0; });
 }
 
 /// Sigma is judged with the diagnosis, which takes a third of the time.

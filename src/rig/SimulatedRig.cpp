@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "depthservo/sequence/SequenceWriter.h"
+#include "observation/Spares.h"
 #include "rig/CameraClock.h"
 #include "rig/World.h"
 
@@ -58,7 +59,7 @@ struct SimulatedRig::Parts {
   World world;
   ObservedSource source;
   std::vector<Exposure> underway;  // taken, not yet arrived; few
-  std::vector<Exposure> spare;     // given back
+  Spares<Exposure> spares;         // given back
   std::vector<TruePoint> truth;    // now
   std::size_t rowsRead = 0;
   NoiseStream stampJitter;
@@ -103,17 +104,14 @@ std::optional<Exposure> SimulatedRig::next(Listener* listener) {
   }
 }
 
-void SimulatedRig::giveBack(Exposure exposure) { parts_->spare.push_back(std::move(exposure)); }
+void SimulatedRig::giveBack(Exposure exposure) { parts_->spares.give(std::move(exposure)); }
 
 void SimulatedRig::Parts::expose() {
-  Exposure exposure;
-  if (!spare.empty()) {
-    exposure = std::move(spare.back());
-    spare.pop_back();
-  }
-  exposure.time_s = stamp();
-  if (exposure.time_s <= lastStamp_s) return;  // as whoever takes images by their stamps does
-  lastStamp_s = exposure.time_s;
+  const double time_s = stamp();
+  if (time_s <= lastStamp_s) return;  // as whoever takes images by their stamps does
+  lastStamp_s = time_s;
+  Exposure exposure = spares.take();
+  exposure.time_s = time_s;
   if (source.hasImages) {
     world.expose(exposure.image);
   } else {

@@ -8,8 +8,7 @@
 namespace depthservo {
 namespace {
 
-template <class Span>
-void checkOrder(const char* key, const Span& span, const Refuse& refuse) {
+void checkOrder(const char* key, const Interlude& span, const Refuse& refuse) {
   if (span.from < span.to) return;
   refuse(key, fmt::format("from = {} s must be before to = {} s", span.from, span.to));
 }
@@ -43,7 +42,7 @@ void checkSwapped(const SensingOptions& sensing, std::size_t points, const Refus
 }  // namespace
 
 bool PointPeriod::covers(double time_s, int point) const {
-  return time_s >= from && time_s < to &&
+  return Interlude::covers(time_s) &&
          (points.empty() || std::find(points.begin(), points.end(), point) != points.end());
 }
 

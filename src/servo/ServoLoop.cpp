@@ -3,10 +3,10 @@
 #include <visp3/core/vpException.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include "depthservo/observation/UnexcitedPeriods.h"
 #include "depthservo/visp/visp.h"
+#include "observation/Spares.h"
 #include "observation/Stopwatch.h"
 #include "servo/ControlLaw.h"
 #include "servo/OutcomeJudge.h"
@@ -62,7 +62,7 @@ struct ServoLoop::Parts : Rig::Listener {
   Keep keep = Keep::everything;
   bool hasBegun = false;  // the robot has followed a command
   RunLog log;
-  std::vector<FrameRecord> spares;  // that were let go of
+  Spares<FrameRecord> spares;  // that were let go of
 };
 
 ServoLoop::ServoLoop(Rig& rig, const ObservationOptions& observation, const ControlOptions& control,
@@ -113,12 +113,7 @@ void ServoLoop::Parts::process(const Exposure& exposure) {
   hasBegun = hasBegun || !rig.isHeld();
   if (!hasBegun) forgetTheOld(log);
   rig.readOdometry(observer.odometry(), exposure.time_s);
-  FrameRecord spare;
-  if (!spares.empty()) {
-    spare = std::move(spares.back());
-    spares.pop_back();
-  }
-  FrameRecord frame = observer.observe(exposure, std::move(spare));
+  FrameRecord frame = observer.observe(exposure, spares.take());
   rig.describe(frame);
   rig.onObserved(frame);
   takeEvents(log, rig, observer);
@@ -137,7 +132,7 @@ void ServoLoop::Parts::letGoOfTheOld(double now_s) {
   };
   if (log.frames.empty() || !isOld(log.frames[(log.frames.size() - 1) / 2])) return;
   const auto young = std::find_if_not(log.frames.begin(), log.frames.end(), isOld);
-  std::move(log.frames.begin(), young, std::back_inserter(spares));
+  std::for_each(log.frames.begin(), young, [&](FrameRecord& old) { spares.give(std::move(old)); });
   log.frames.erase(log.frames.begin(), young);
   log.events.clear();
 }

@@ -51,8 +51,7 @@ struct CameraOptions {
 enum class SensingSource { geometry, image };
 
 /// Points of which something holds for a while.
-struct DEPTHSERVO_API PointPeriod {
-  double from = 0, to = 0;  ///< [s], from < to
+struct DEPTHSERVO_API PointPeriod : Interlude {
   std::vector<int> points;  ///< indices; empty: all
 
   bool covers(double time_s, int point) const;
@@ -71,11 +70,11 @@ struct DEPTHSERVO_API SensingOptions {
   double pixel_noise = 0;                 ///< 1 sigma per axis of every measured position [px]
   int corners = 24;  ///< of a wall that are followed, at most, spread over the taught image
   std::optional<double>
-      assumed_noise;  ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
+      assumed_noise;                 ///< 1 sigma told to the estimator [px]; see assumedNoise_px()
   std::vector<PointPeriod> hidden;   ///< not seen
   std::vector<PointPeriod> swapped;  ///< each is taken for the next one in the list
-  double outliers = 0;  ///< fraction of measurements that are wrong [-]
-  double delay = 0;     ///< age of an image when it arrives [s]
+  double outliers = 0;               ///< fraction of measurements that are wrong [-]
+  double delay = 0;                  ///< age of an image when it arrives [s]
   double latency =
       0;  ///< images are stamped so late; simulated error; the estimator is not informed [s]
   double latency_drawn =
@@ -109,8 +108,8 @@ struct DEPTHSERVO_API OdometryOptions {
   double rate = 30;       ///< rows per second [Hz]
   OdometryMode mode = OdometryMode::measured;
   RowMeaning rows = RowMeaning::hold;
-  double ticks = 0;          ///< resolution of the wheel encoders [m]; 0: perfect
-  double wheel_base = 0.36;  ///< distance between the wheels [m]
+  double ticks = 0;             ///< resolution of the wheel encoders [m]; 0: perfect
+  double wheel_base = 0.36;     ///< distance between the wheels [m]
   std::vector<Interlude> gaps;  ///< rows that begin then are lost
 
   /// What the estimator is told of it.
