@@ -25,14 +25,13 @@ std::vector<JoinedEvents> joined(const std::vector<Event>& events, std::size_t a
       for (const Event* event : same) all.push_back({event->what, 1, event->time_s, event->time_s});
       continue;
     }
-    const bool isEqual = std::all_of(same.begin(), same.end(), [&](const Event* event) {
-      return event->what == same.front()->what;
-    });
+    const std::string& what = same.front()->what;
+    const bool isEqual = std::all_of(same.begin(), same.end(),
+                                     [&](const Event* event) { return event->what == what; });
     const auto [first, last] =
         std::minmax_element(same.begin(), same.end(),
                             [](const Event* a, const Event* b) { return a->time_s < b->time_s; });
-    all.push_back(
-        {isEqual ? same.front()->what : kind, same.size(), (*first)->time_s, (*last)->time_s});
+    all.push_back({isEqual ? what : kind, same.size(), (*first)->time_s, (*last)->time_s});
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.first_s < b.first_s; });

@@ -14,16 +14,19 @@
 
 namespace depthservo {
 
+/// What a run must come to.
+struct ScenarioExpectation {
+  Outcome outcome = Outcome::converged;  ///< what the run must end with
+  std::optional<double> coverage;        ///< least share of the depths claimed within 2 sigma [-]
+  std::optional<Eigen::Vector2d> valid;  ///< points with a valid depth at the end, from to
+  std::optional<ConsistencyMonitor::Cause> diagnosis;  ///< what must be named
+  bool at_rest = false;                                ///< the last command is zero
+};
+
 /// Everything a closed-loop run needs: the options of each room. A member is the YAML key of the
 /// same name, with its default; units, ranges and effects of all keys stand in doc/formats.md.
 struct Scenario : SimulatedRigOptions {
-  struct Expect {
-    Outcome outcome = Outcome::converged;  ///< what the run must end with
-    std::optional<double> coverage;        ///< least share of the depths claimed within 2 sigma [-]
-    std::optional<Eigen::Vector2d> valid;  ///< points with a valid depth at the end, from to
-    std::optional<ConsistencyMonitor::Cause> diagnosis;  ///< what must be named
-    bool at_rest = false;                                ///< the last command is zero
-  };
+  using Expect = ScenarioExpectation;
 
   std::string file;  ///< where it was read; not a key
   std::string name;
