@@ -17,6 +17,16 @@ using Cause = ConsistencyMonitor::Cause;
 
 enum Hypothesis { kLatency = 0, kGyroBias = 1, kFocal = 4, kTarget = 5 };
 
+/// The causes that are hypotheses: which of them.
+struct Hypotheses {
+  Cause cause;
+  int first, count;
+};
+constexpr Hypotheses kCauses[] = {{Cause::latency, kLatency, 1},
+                                  {Cause::gyroBias, kGyroBias, 3},
+                                  {Cause::focalLength, kFocal, 1},
+                                  {Cause::movingTarget, kTarget, 3}};
+
 /// Half-width of the band of the mean NIS, in sigma of the mean.
 constexpr double kBand = 5;
 
@@ -69,6 +79,9 @@ constexpr double kLeastSpeed = 0.001;
 /// NIS beyond which a point starts anew: it is another point.
 constexpr double kLargestNis = 1e6;
 
+/// Evidence from which on a cause that explains enough counts against depths, named or not.
+constexpr double kSuspicion = 3.5;
+
 /// Keeps directions without any information out of a fit.
 constexpr double kRegularisation = 1e-6;
 
@@ -109,6 +122,8 @@ void ConsistencyMonitor::reset() {
   measured_ = rejected_ = far_ = excess_ = above_s_ = below_s_ = held_s_ = 0;
   all_ = {};
   latest_ = {};
+  sizes_.setZero();
+  wasNamed_ = {};
   startRcamera_.setIdentity();
   twistCount_ = 0;
   dt_ = sinceCorrection_s_ = 0;
@@ -267,6 +282,33 @@ void ConsistencyMonitor::correct(const std::vector<PointObservation>& observatio
   held_s_ = now.cause == latest_.cause ? held_s_ + sinceCorrection_s_ : 0;
   latest_ = now;
   sinceCorrection_s_ = 0;
+  noteSizes();
+}
+
+/// Of the cause that is named or suspected now, and of those that last and were named.
+void ConsistencyMonitor::noteSizes() {
+  const Cause named = diagnosis().cause;
+  const Cause suspected = likeliest(kSuspicion).cause;
+  for (std::size_t i = 0; i < std::size(kCauses); ++i) {
+    const auto& [cause, first, count] = kCauses[i];
+    wasNamed_[i] = (wasNamed_[i] || cause == named) && cause != Cause::movingTarget;
+    if (cause == named || (cause == suspected && !wasNamed_[i])) {
+      sizes_.segment(first, count) = fitted(first, count).theta.head(count);
+    } else if (!wasNamed_[i]) {
+      sizes_.segment(first, count).setZero();
+    }
+  }
+}
+
+double ConsistencyMonitor::chiBy(Cause cause, int id) const {
+  for (const auto& [known, first, count] : kCauses) {
+    if (known != cause) continue;
+    for (std::size_t i = 0; i < size_; ++i) {
+      if (slots_[i].id != id) continue;
+      return slots_[i].e.row(2).segment(first, count).dot(sizes_.segment(first, count));
+    }
+  }
+  return 0;
 }
 
 /// The mean over all values of the window. Its sigma is that of independent values, or what the
@@ -341,6 +383,7 @@ ConsistencyMonitor::Fit ConsistencyMonitor::fitted(int first, int count) const {
   if (!theta.allFinite() || !(scatter > 0)) return fit;
   fit.explained = theta.dot(b);
   fit.evidence = fit.explained / std::sqrt(scatter);
+  fit.theta = theta;
   fit.size = count == 1 ? theta[0] : theta.norm();
   return fit;
 }
@@ -372,40 +415,40 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
   return d;
 }
 
-/// Names the cause that explains most of the innovations, if one has the evidence. \return by how
-/// much it lowers the sum of NIS
-double ConsistencyMonitor::judgeModel(Diagnosis& d) const {
+/// Of the causes with this much evidence the one that explains most, and the next one.
+ConsistencyMonitor::Likeliest ConsistencyMonitor::likeliest(double evidence) const {
   const bool isNoisy = step_.variance_t > 0 || step_.variance_theta > 0;
-  double best = 0, second = 0;
-  Cause secondCause = Cause::none;
-  const auto consider = [&](Cause cause, int first, int count) {
+  Likeliest best;
+  for (const auto& [cause, first, count] : kCauses) {
     const Fit fit = fitted(first, count);
     const bool isTooLarge = (cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal) ||
                             (cause == Cause::gyroBias && fit.size > kLargestGyroBias) ||
                             (cause == Cause::latency && std::abs(fit.size) > kLargestLatency);
     const bool isCovered = fit.explained < kLeastExplained;
-    if (isTooLarge || isCovered || fit.evidence < options_.evidence) return;
+    if (isTooLarge || isCovered || fit.evidence < evidence) continue;
     const bool isTooSmall =
         (cause == Cause::latency && isNoisy && std::abs(fit.size) < kLeastLatency * dt_) ||
         (cause == Cause::movingTarget && fit.size < kLeastSpeed);
-    if (!isTooSmall && fit.explained > best) {
-      second = best;
-      secondCause = d.cause;
-      best = fit.explained;
-      d.cause = cause;
-      d.evidence = fit.evidence;
-      d.size = fit.size;
-    } else if (fit.explained > second) {
-      second = fit.explained;
-      secondCause = cause;
+    if (!isTooSmall && fit.explained > best.fit.explained) {
+      best = {cause, fit, best.cause, best.fit.explained};
+    } else if (fit.explained > best.explainedByNext) {
+      best.next = cause;
+      best.explainedByNext = fit.explained;
     }
-  };
-  consider(Cause::latency, kLatency, 1);
-  consider(Cause::gyroBias, kGyroBias, 3);
-  consider(Cause::focalLength, kFocal, 1);
-  consider(Cause::movingTarget, kTarget, 3);
-  if (best > 0 && second >= kRivals * best) d.rival = secondCause;
+  }
   return best;
+}
+
+/// Names the cause that explains most of the innovations, if one has the evidence. \return by how
+/// much it lowers the sum of NIS
+double ConsistencyMonitor::judgeModel(Diagnosis& d) const {
+  const Likeliest best = likeliest(options_.evidence);
+  if (best.cause == Cause::none) return 0;
+  d.cause = best.cause;
+  d.evidence = best.fit.evidence;
+  d.size = best.fit.size;
+  if (best.explainedByNext >= kRivals * best.fit.explained) d.rival = best.next;
+  return best.fit.explained;
 }
 
 void ConsistencyMonitor::judgeNoise(Diagnosis& d) const {

@@ -237,7 +237,7 @@ void Observer::Parts::update(double time_s, const std::vector<TrackedPoint>& poi
 /// A point where it was found or, when it was not, where it is believed to be.
 FeatureRecord Observer::Parts::record(int id, DepthEstimate estimate, const Exposure& exposure,
                                       const std::vector<TrackedPoint>& points) const {
-  if (diagnosis) estimate = diagnosis->honest(estimate);
+  if (diagnosis) estimate = diagnosis->honest(id, estimate);
   // At the end of the range nothing is known but that the depth is beyond.
   if (isHeld(estimate)) estimate.sigma_chi = std::max(estimate.sigma_chi, estimate.chi);
   FeatureRecord feature =

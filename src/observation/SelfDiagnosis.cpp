@@ -246,9 +246,23 @@ double SelfDiagnosis::varianceFactor() const {
   return isCompensated ? 1 : monitor_.varianceFactor();
 }
 
-DepthEstimate SelfDiagnosis::honest(DepthEstimate estimate) const {
-  if (!(factor_ > 1)) return estimate;
-  estimate.sigma_chi *= std::sqrt(factor_);
+/// How far the point's inverse depth is off by what nobody reckons with or learns [1/m].
+double SelfDiagnosis::chiByCauses(int id) const {
+  double square = 0;
+  for (const Cause cause :
+       {Cause::latency, Cause::gyroBias, Cause::focalLength, Cause::movingTarget}) {
+    const bool isKnown = learner_ ? cause != Cause::movingTarget || !(factor_ > 1)
+                                  : joint_ && joint_->estimates(cause);
+    const double off = isKnown ? 0 : monitor_.chiBy(cause, id);
+    square += off * off;
+  }
+  return std::sqrt(square);
+}
+
+DepthEstimate SelfDiagnosis::honest(int id, DepthEstimate estimate) const {
+  const double off = chiByCauses(id);
+  if (!(factor_ > 1) && !(off > 0)) return estimate;
+  estimate.sigma_chi = std::hypot(std::sqrt(factor_) * estimate.sigma_chi, off);
   const bool isVague = estimate.sigma_chi >= kValidRelativeSigma * estimate.chi;
   if (estimate.status == DepthStatus::valid && isVague) estimate.status = DepthStatus::converging;
   return estimate;

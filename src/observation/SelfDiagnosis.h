@@ -36,8 +36,8 @@ class DEPTHSERVO_INNER SelfDiagnosis {
   }
 
   /// The estimate with its variance inflated by mean NIS / 2 while innovations are larger than
-  /// declared, or than the profile explains; of a target that moves by what that may do.
-  DepthEstimate honest(DepthEstimate estimate) const;
+  /// declared, or than the profile explains, and by what the causes named or suspected do to it.
+  DepthEstimate honest(int id, DepthEstimate estimate) const;
 
   /// More images like the last until sigma_Z is below 5 % of Z; 0: it is; infinite: never.
   double framesTo5Percent(const DepthEstimate& estimate) const;
@@ -55,6 +55,7 @@ class DEPTHSERVO_INNER SelfDiagnosis {
   double time_s_ = kUnknown, first_s_ = kUnknown;
   std::vector<RunDiagnosis> named_;  // by cause
   double varianceFactor() const;
+  double chiByCauses(int id) const;
   ConsistencyMonitor::Diagnosis diagnosis() const;
   bool isMotionWrong() const;
   bool hasOutliers() const;

@@ -14,15 +14,18 @@ using Cause = ConsistencyMonitor::Cause;
 
 const OdometryNoise kMeasured = OdometryNoise::white(.005, .002);
 
+constexpr Cause kModelled[] = {Cause::latency, Cause::gyroBias, Cause::focalLength,
+                               Cause::movingTarget};
+
 struct Watched {
   ConsistencyMonitor::Diagnosis diagnosis;  // after the last frame
   bool wasEverWrong = false;                // something was diagnosed at some time
   double varianceFactor = 1;
+  std::vector<double> tooSmall;  // chi of each point, by the causes
 };
 
-Watched watch(const SimulatedRun& run, const OdometryNoise& odometry, double imageNoise = 1) {
-  ConsistencyMonitor::Options options;
-  options.filter.odometry = odometry;
+Watched watch(const SimulatedRun& run, const ConsistencyMonitor::Options& options,
+              double imageNoise = 1) {
   ConsistencyMonitor monitor(8, options);
   Watched watched;
   for (std::size_t k = 0; k < run.measured.size(); ++k) {
@@ -40,7 +43,36 @@ Watched watch(const SimulatedRun& run, const OdometryNoise& odometry, double ima
   }
   watched.diagnosis = monitor.diagnosis();
   watched.varianceFactor = monitor.varianceFactor();
+  for (std::size_t i = 0; i < run.guesses.size(); ++i) {
+    double sum = 0;
+    for (const Cause cause : kModelled) sum += monitor.chiBy(cause, static_cast<int>(i));
+    watched.tooSmall.push_back(sum);
+  }
+  EXPECT_EQ(monitor.chiBy(watched.diagnosis.cause, 1000), 0) << "no such point";
   return watched;
+}
+
+Watched watch(const SimulatedRun& run, const OdometryNoise& odometry, double imageNoise = 1) {
+  ConsistencyMonitor::Options options;
+  options.filter.odometry = odometry;
+  return watch(run, options, imageNoise);
+}
+
+/// Filters that start as seldom anew as those of the monitor err by what the cause does to them.
+void expectToldErrors(const SimulatedRun& run, const OdometryNoise& odometry, Cause named) {
+  ConsistencyMonitor::Options options;
+  options.filter.odometry = odometry;
+  options.filter.gate = 1e6;
+  const Watched watched = watch(run, options);
+  EXPECT_EQ(watched.diagnosis.cause, named) << watched.diagnosis.message();
+  for (std::size_t i = 0; i < run.guesses.size(); ++i) {
+    SCOPED_TRACE("point " + std::to_string(i));
+    const Trace trace = filtered(run, options.filter, i);
+    const double error = run.chi.back()[i] - trace.chi.back();
+    const double sigma = std::sqrt(trace.variance.back());
+    EXPECT_GT(std::abs(error), 4 * sigma) << "else nothing is shown";
+    EXPECT_NEAR(watched.tooSmall[i], error, 0.2 * std::abs(error) + 2 * sigma);
+  }
 }
 
 TEST(ConsistencyMonitor, saysNothingInAHundredCleanRuns) {
@@ -112,6 +144,23 @@ TEST(ConsistencyMonitor, namesATargetThatMoves) {
   const auto d = watch(run, kMeasured).diagnosis;
   EXPECT_EQ(d.cause, Cause::movingTarget) << d.message();
   EXPECT_NEAR(d.size, velocity.norm(), .01);
+}
+
+TEST(ConsistencyMonitor, tellsWhatACauseDoesToDepths) {
+  const Trajectory t = trajectory("T5");
+  Conditions conditions{kMeasured};
+  conditions.kappa = 1.05;
+  expectToldErrors(simulate(t, t.fourPoints(), conditions, 1), kMeasured, Cause::focalLength);
+  conditions = {kMeasured};
+  conditions.latency = 1;
+  expectToldErrors(simulate(t, t.fourPoints(), conditions, 1), kMeasured, Cause::latency);
+}
+
+TEST(ConsistencyMonitor, tellsWhatACauseDoesToDepthsBeforeItIsNamed) {
+  const Trajectory t = trajectory("T5");
+  SimulatedRun biased = simulate(t, t.fourPoints(), {kMeasured}, 1, 61);
+  for (Twist& twist : biased.twists) twist.angular.y() += .01;
+  expectToldErrors(biased, kMeasured, Cause::none);
 }
 
 TEST(ConsistencyMonitor, tellsOutliersFromTooMuchNoise) {

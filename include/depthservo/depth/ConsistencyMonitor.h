@@ -126,6 +126,11 @@ class DEPTHSERVO_API ConsistencyMonitor {
   /// model is the cause, or most measurements are rejected, those count too.
   double varianceFactor() const;
 
+  /// By how much a point's inverse depth is too small [1/m] because of a cause, at its size, if
+  /// that is named now or, with less evidence, the likeliest; of one that lasts, if it was ever
+  /// named. 0 for others, and for a point that is not known.
+  double chiBy(Cause cause, int id) const;
+
  private:
   // Hypotheses: latency, gyro bias x y z, focal length, target velocity x y z.
   static constexpr int kHypotheses = 8;
@@ -134,6 +139,13 @@ class DEPTHSERVO_API ConsistencyMonitor {
   using Square = Eigen::Matrix<double, kHypotheses, kHypotheses>;
   struct Fit {
     double explained = 0, evidence = 0, size = 0;
+    Eigen::Vector3d theta = Eigen::Vector3d::Zero();  // of one cause the first
+  };
+  struct Likeliest {
+    Cause cause = Cause::none;
+    Fit fit;
+    Cause next = Cause::none;
+    double explainedByNext = 0;
   };
   struct Image {
     double sum = 0;  // of NIS
@@ -154,7 +166,9 @@ class DEPTHSERVO_API ConsistencyMonitor {
   Nis windowedNis() const;
   void countRejected(double nis);
   Fit fitted(int first, int count) const;
+  Likeliest likeliest(double evidence) const;
   Diagnosis judged() const;
+  void noteSizes();
   double judgeModel(Diagnosis& d) const;
   void judgeNoise(Diagnosis& d) const;
 
@@ -176,8 +190,10 @@ class DEPTHSERVO_API ConsistencyMonitor {
   Image all_;                           // since the start, each NIS capped
   double above_s_ = 0, below_s_ = 0;    // how long the mean NIS has been out of its band
 
-  Diagnosis latest_;   // of the last image
-  double held_s_ = 0;  // how long its cause has been the same
+  Diagnosis latest_;                   // of the last image
+  Vector sizes_ = Vector::Zero();      // of the hypotheses that were named or are suspected
+  std::array<bool, 4> wasNamed_ = {};  // by cause
+  double held_s_ = 0;                  // how long its cause has been the same
 
   OdometryNoise::Step step_;
   Eigen::Matrix3d startRcamera_ = Eigen::Matrix3d::Identity();
