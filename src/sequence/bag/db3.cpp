@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 
 #include "depthservo/text/InputError.h"
 #include "sequence/bag/ChunkedBag.h"
@@ -15,6 +16,39 @@ namespace {
 using Database = std::unique_ptr<sqlite3, decltype(&sqlite3_close)>;
 using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
 using Blob = std::unique_ptr<sqlite3_blob, decltype(&sqlite3_blob_close)>;
+
+/// Steps of SQLite's machine for the schema, or for all topics: about ten for each. Pages that lie
+/// on their own way would take for ever.
+constexpr int kMostSteps = 200'000;
+
+/// The rows of a table in the order of their numbers. A damaged page can make SQLite give the same
+/// row for ever.
+class Rows {
+ public:
+  explicit Rows(sqlite3_stmt* statement) : statement_(statement) {}
+
+  /// Goes to the next row, whose number is column 0: false after the last one, and at damage.
+  bool next() {
+    result_ = sqlite3_step(statement_);
+    if (result_ != SQLITE_ROW) return false;
+    const std::int64_t number = sqlite3_column_int64(statement_, 0);
+    isInOrder_ = !number_ || number > *number_;
+    number_ = number;
+    return isInOrder_;
+  }
+
+  /// Why there is no next row; empty: it was the last one.
+  std::string damage() const {
+    if (!isInOrder_) return "its rows are not in order";
+    return result_ == SQLITE_DONE ? "" : sqlite3_errmsg(sqlite3_db_handle(statement_));
+  }
+
+ private:
+  sqlite3_stmt* statement_;
+  std::optional<std::int64_t> number_;
+  bool isInOrder_ = true;
+  int result_ = SQLITE_OK;
+};
 
 /// A SQLite file of rosbag2_storage: the tables `topics` and `messages`.
 class Db3Bag : public Bag {
@@ -48,8 +82,11 @@ Db3Bag::Db3Bag(const std::string& path) : path_(path) {
   sqlite3_db_config(opened, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBytesHeld));
   sqlite3_exec(opened, "PRAGMA cell_size_check = ON", nullptr, nullptr, nullptr);
+  sqlite3_progress_handler(
+      opened, kMostSteps, [](void*) { return 1; }, nullptr);
   requireTables();
   readTopics();
+  sqlite3_progress_handler(opened, 0, nullptr, nullptr);
 }
 
 Statement Db3Bag::prepare(const char* sql) const {
@@ -89,13 +126,14 @@ void Db3Bag::requireTables() const {
 }
 
 void Db3Bag::readTopics() {
-  const Statement rows = prepare("SELECT id, name, type, serialization_format FROM topics");
+  const Statement topics =
+      prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id");
   const auto text = [&](int column) {
-    const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(rows.get(), column));
+    const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(topics.get(), column));
     return std::string(bytes ? bytes : "");
   };
-  int result = 0;
-  while ((result = sqlite3_step(rows.get())) == SQLITE_ROW) {
+  Rows rows(topics.get());
+  while (rows.next()) {
     BagTopic topic;
     topic.name = printable(text(1));
     topic.type = printable(plainType(text(2)));
@@ -103,12 +141,10 @@ void Db3Bag::readTopics() {
     if (encoding != "cdr") {
       topic.fault = fmt::format("is encoded as {}, expected cdr", detail::quoted(encoding));
     }
-    topicOf_[sqlite3_column_int64(rows.get(), 0)] = topics_.size();
+    topicOf_[sqlite3_column_int64(topics.get(), 0)] = topics_.size();
     topics_.push_back(std::move(topic));
   }
-  if (result != SQLITE_DONE) {
-    refuse(fmt::format("is damaged: {}", sqlite3_errmsg(database_.get())));
-  }
+  if (!rows.damage().empty()) refuse("is damaged: " + rows.damage());
 }
 
 /// The first bytes of a message, unpacked where recordings pack every message.
@@ -135,16 +171,17 @@ std::string Db3Bag::bytesOf(std::int64_t row, std::size_t most, std::uint64_t& s
 }
 
 void Db3Bag::visit(BagVisitor& visitor) {
-  const Statement rows = prepare("SELECT rowid, topic_id, timestamp FROM messages ORDER BY rowid");
+  const Statement messages =
+      prepare("SELECT rowid, topic_id, timestamp FROM messages ORDER BY rowid");
   std::size_t unread = 0;
   std::string reason;
   const auto leaveOut = [&](const std::string& why) {
     if (unread++ == 0) reason = why;
   };
-  int result = 0;
-  while ((result = sqlite3_step(rows.get())) == SQLITE_ROW) {
-    const std::int64_t row = sqlite3_column_int64(rows.get(), 0);
-    const auto topic = topicOf_.find(sqlite3_column_int64(rows.get(), 1));
+  Rows rows(messages.get());
+  while (rows.next()) {
+    const std::int64_t row = sqlite3_column_int64(messages.get(), 0);
+    const auto topic = topicOf_.find(sqlite3_column_int64(messages.get(), 1));
     if (topic == topicOf_.end()) {
       leaveOut("it is of no topic");
       continue;
@@ -153,7 +190,7 @@ void Db3Bag::visit(BagVisitor& visitor) {
     if (wanted == 0) continue;
     BagMessage message;
     message.topic = topic->second;
-    message.received_ns = sqlite3_column_int64(rows.get(), 2);
+    message.received_ns = sqlite3_column_int64(messages.get(), 2);
     message.place.offset = static_cast<std::uint64_t>(row);
     try {
       const std::string bytes = bytesOf(row, wanted, message.place.size);
@@ -165,11 +202,9 @@ void Db3Bag::visit(BagVisitor& visitor) {
   }
   warnings_.clear();
   if (!cut_.empty()) warnings_.push_back(cut_);
-  if (result != SQLITE_DONE) {
-    warnings_.push_back(
-        fmt::format("the file is cut off or damaged ({}); what is whole before it is "
-                    "read",
-                    sqlite3_errmsg(database_.get())));
+  if (!rows.damage().empty()) {
+    warnings_.push_back(fmt::format(
+        "the file is cut off or damaged ({}); what is whole before it is read", rows.damage()));
   }
   if (unread > 0) {
     warnings_.push_back(
