@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <iostream>
+#include <opencv2/core/utility.hpp>
 #include <opencv2/core/version.hpp>
 #include <string>
 
@@ -130,5 +131,8 @@ int main(int argc, char** argv) {
   // Data and words may go to the same file: whole lines, in their order.
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   std::signal(SIGXFSZ, SIG_IGN);  // a limit for files is an error of writing, not the end
+  // OpenCV waits for ever for a thread that could not be made; images this small gain nothing by
+  // it.
+  cv::setNumThreads(1);
   return depthservo::run(argc, argv);
 }
