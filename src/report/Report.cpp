@@ -138,10 +138,12 @@ void writeReportOfTwo(const fs::path& one, const fs::path& other, const fs::path
   const std::string left = html::escaped(pageOf(one)), right = html::escaped(pageOf(other)),
                     leftName = html::escaped(one.string()),
                     rightName = html::escaped(other.string());
-  makeFile(file, html::filled(embeddedReport().pair, {{"left", left},
-                                                      {"right", right},
-                                                      {"left_name", leftName},
-                                                      {"right_name", rightName}}));
+  const EmbeddedReport& report = embeddedReport();
+  makeFile(file, html::filled(report.pair, {{"left", left},
+                                            {"right", right},
+                                            {"playback", report.playback},
+                                            {"left_name", leftName},
+                                            {"right_name", rightName}}));
 }
 
 }  // namespace depthservo

@@ -137,11 +137,19 @@ TEST(Player, two_runs_side_by_side_share_the_moment) {
   writeReportOfTwo(place / "one", place / "other", place / "both.html");
   EXPECT_THROW(writeReportOfTwo(place / "one", place / "other", place / "both.html"), InputError);
   const std::string title = titleAfter(place.read("both.html"), place, R"(
-    const two = depthservo.players();
-    depthservo.show(0.5);
-    document.title = two.length + ' ' + two.map(player => player.row()).join(' ');)");
+    const {players, show, now} = depthservo, said = [players.length];
+    const note = () => said.push(now().toFixed(1), ...players.map(player => player.row()));
+    const run = document.getElementById('left').contentWindow.document;
+    const key = (name, more, page = document) => page.body.dispatchEvent(new KeyboardEvent('keydown', {key: name, bubbles: true, ...more}));
+    show(6);
+    note();
+    key('ArrowRight', {shiftKey: true}, run);
+    note();
+    const button = document.getElementById('play');
+    for (let i = 0; i < 2; ++i) { key(' '); said.push(button.getAttribute('aria-label')); }
+    document.title = said.join(' ');)");
   if (title.empty()) GTEST_SKIP() << "no chromium";
-  EXPECT_EQ(title, "2 180 180");
+  EXPECT_EQ(title, "2 6.0 180 180 7.0 210 210 pause play");
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ function startPlayer(view) {
     }
   }
 
-  let row = last, timer = null;
+  let row = last;
   function show(wanted) {
     row = Math.max(0, Math.min(last, wanted));
     slider.value = row;
@@ -69,32 +69,11 @@ function startPlayer(view) {
     showMarks(row);
     for (const place of view.places) place(row);
   }
-
-  function stop() {
-    cancelAnimationFrame(timer);
-    timer = null;
-    button.textContent = '▶';
-    button.setAttribute('aria-label', 'play');
+  const rowAt = t => Math.max(0, time.findIndex((value, i) => i === last || time[i + 1] > t));
+  function showTime(t) {
+    if (rowAt(t) !== row) show(rowAt(t));
   }
-  /** In real time; a run longer than a minute is shown within one. */
-  function play() {
-    if (row === last) row = 0;
-    const speed = Math.max(1, (time[last] - time[0]) / 60), from = time[row];
-    let begin = null;
-    const step = now => {
-      if (begin === null) begin = now;
-      const t = from + speed * (now - begin) / 1000;
-      let next = row;
-      while (next < last && time[next + 1] <= t) ++next;
-      if (next !== row) show(next);
-      if (row === last) stop();
-      else timer = requestAnimationFrame(step);
-    };
-    button.textContent = '❚❚';
-    button.setAttribute('aria-label', 'pause');
-    timer = requestAnimationFrame(step);
-  }
-  const toggle = () => timer === null ? play() : stop();
+  const {toggle, stop} = playback(button, time[last], () => time[row], showTime);
 
   button.onclick = toggle;
   slider.oninput = () => { stop(); show(Number(slider.value)); };
@@ -102,7 +81,7 @@ function startPlayer(view) {
     chart.updateOptions({clickCallback: (event, x) => {
       stop();
       show(time.reduce((best, t, i) => Math.abs(t - x) < Math.abs(time[best] - x) ? i : best, 0));
-    }});
+    }}, true);  // nothing is drawn anew
   }
   document.addEventListener('keydown', event => {
     const tag = event.target.tagName;
@@ -121,6 +100,5 @@ function startPlayer(view) {
   clock.textContent = `${time[last].toFixed(2)} s`;
   slider.value = last;
   // For a page that lays two runs side by side, and for tests.
-  const rowAt = t => Math.max(0, time.findIndex((value, i) => i === last || time[i + 1] > t));
-  window.depthservo = {show, row: () => row, duration: time[last], showTime: t => { stop(); show(rowAt(t)); }};
+  window.depthservo = {show, row: () => row, duration: time[last], showTime: t => { stop(); showTime(t); }};
 }
