@@ -98,6 +98,22 @@ TEST(NoLens, leaves_every_bit) {
   EXPECT_EQ(camera.toPixel(s.x(), s.y()),
             Eigen::Vector2d(517.3 * s.x() + 318.6, 516.5 * s.y() + 255.3));
   EXPECT_EQ(camera.focal_px(0.3, 0.2), camera.focal_px());
+  EXPECT_EQ(LensDistortion().J_distorted_ideal({0.3, 0.2}), Eigen::Matrix2d::Identity());
+}
+
+/// By the formula, with one coefficient at a time.
+TEST(OneCoefficient, makes_a_lens) {
+  const double x = 0.3, y = -0.2, r2 = x * x + y * y, c = 0.1;
+  const std::vector<std::pair<LensDistortion, Eigen::Vector2d>> moved{
+      {{c, 0, 0, 0}, c * r2 * Eigen::Vector2d(x, y)},
+      {{0, c, 0, 0}, c * r2 * r2 * Eigen::Vector2d(x, y)},
+      {{0, 0, c, 0}, c * Eigen::Vector2d(2 * x * y, r2 + 2 * y * y)},
+      {{0, 0, 0, c}, c * Eigen::Vector2d(r2 + 2 * x * x, 2 * x * y)},
+      {{0, 0, 0, 0, c}, c * r2 * r2 * r2 * Eigen::Vector2d(x, y)}};
+  for (const auto& [lens, by] : moved) {
+    EXPECT_FALSE(lens.isNone());
+    EXPECT_NEAR((lens.distort({x, y}) - Eigen::Vector2d(x, y) - by).norm(), 0, 1e-16);
+  }
 }
 
 TEST(FoldingLens, stays_finite_and_monotone_beyond_its_reach) {
@@ -113,6 +129,15 @@ TEST(FoldingLens, stays_finite_and_monotone_beyond_its_reach) {
   for (const double r : {0.7, 3.0, 1e6}) {
     EXPECT_FALSE(lens.isInvertibleAt({r, 0})) << r;
     EXPECT_TRUE(lens.undistort({r, -r}).allFinite()) << r;
+  }
+  for (double r = 0.01; r < 3; r += 0.01) {
+    const Eigen::Vector2d there(0.8 * r, -0.6 * r), ideal = lens.undistort(there);
+    if (lens.isInvertibleAt(there)) {
+      EXPECT_NEAR((lens.distort(ideal) - there).norm(), 0, 1e-9) << r;
+    } else {
+      EXPECT_EQ(ideal, there) << r;
+    }
+    EXPECT_EQ(lens.isInvertibleAt(there), r < lens.distort({lens.reach(), 0}).x()) << r;
   }
   EXPECT_TRUE(LensDistortion(-1e9, 1e9, 5, 5, -1e9).undistort({0.3, 0.3}).allFinite());
 }

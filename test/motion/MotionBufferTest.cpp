@@ -144,6 +144,10 @@ TEST(MotionBuffer, everyCoverageHasItsOwnWords) {
   }
 }
 
+TEST(MotionBuffer, whatIsNoCoverageHasNoWords) {
+  EXPECT_STREQ(toString(static_cast<Coverage>(99)), "");
+}
+
 TEST(MotionBuffer, refusesRowsItCannotUseAndKeepsTheRest) {
   MotionBuffer buffer = bufferOf({{0, forward(1)}, {1, forward(2)}});
   EXPECT_FALSE(buffer.push(1, forward(3))) << "twice the same time";
@@ -407,6 +411,30 @@ TEST(MotionBuffer, unknownMotionCanBeTold) {
   EXPECT_NEAR(motion.t.z(), -(.05 + .1), 1e-12);
   EXPECT_NEAR(motion.unknown.duration_s, .2, 1e-12);
   EXPECT_EQ(buffer.coverage(.3, .4), Coverage::complete);
+}
+
+TEST(MotionBuffer, unknownMotionCanBeToldFirst) {
+  MotionBuffer buffer;
+  buffer.setBounds({2, .5, 1.5, 3});
+  buffer.holdUntil(7);  // there is no row that could hold
+  EXPECT_TRUE(buffer.pushUnknown(0));
+  EXPECT_TRUE(buffer.push(1, forward(2)));
+  EXPECT_NEAR(buffer.end(), 2, 1e-12);
+  const auto [motion, coverage] = buffer.motion(0, 1.5);
+  EXPECT_EQ(coverage, Coverage::refused);
+  EXPECT_NEAR(motion.t.z(), -1, 1e-12);
+  EXPECT_NEAR(motion.unknown.duration_s, 1, 1e-12);
+  EXPECT_NEAR(motion.unknown.distance_m, .5 * .5, 1e-12) << "from rest, by the acceleration";
+}
+
+TEST(MotionBuffer, findsItsRowsWhereTheirTimesAreBeyondSense) {
+  constexpr double kFar_s = 1.7e308;  // the difference of the first and the last is infinite
+  MotionBuffer buffer;
+  for (const double t : {-kFar_s, 1., 2., 3.})
+    EXPECT_TRUE(buffer.push(t, forward(t > 0 ? 10 * t : 0)));
+  EXPECT_TRUE(buffer.push(kFar_s, forward(7)));
+  EXPECT_EQ(buffer.coverage(1, 3), Coverage::complete);
+  EXPECT_NEAR(buffer.motion(1.5, 2.5).motion.t.z(), -(.5 * 10 + .5 * 20), 1e-12);
 }
 
 }  // namespace

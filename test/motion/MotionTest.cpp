@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 #include <visp3/core/vpExponentialMap.h>
+#include <visp3/core/vpVelocityTwistMatrix.h>
 
 #include <cmath>
 #include <limits>
@@ -154,6 +155,22 @@ TEST(Motion, fromPosesIsThatOfTheTwistBetweenThem) {
                        matrixExponential({{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}, dt), 1e-13);
     EXPECT_EQ(motion.dt, dt);
     EXPECT_EQ(motion.dt2, dt * dt);
+  }
+}
+
+TEST(Motion, ofACameraOnABodyIsByVispsTwistMatrix) {
+  Random random(7);
+  for (int i = 0; i < 100; ++i) {
+    vpColVector place(6), ofBody(6);
+    for (unsigned j = 0; j < 6; ++j) {
+      place[j] = random.uniform(-2, 2);
+      ofBody[j] = random.uniform(-1, 1);
+    }
+    const vpHomogeneousMatrix bMc = vpExponentialMap::direct(place, 1);
+    const vpColVector expected = vpVelocityTwistMatrix(bMc.inverse()) * ofBody;
+    const Twist twist = twistOfCamera(
+        pose(bMc), {{ofBody[0], ofBody[1], ofBody[2]}, {ofBody[3], ofBody[4], ofBody[5]}});
+    for (unsigned j = 0; j < 6; ++j) EXPECT_NEAR(twist.vector()[j], expected[j], 1e-13);
   }
 }
 

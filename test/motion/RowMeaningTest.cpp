@@ -87,6 +87,54 @@ TEST(RowMeaning, isKeptThroughHoles) {
   }
 }
 
+TEST(RowMeaning, afterAHoleNothingIsKnownOfChanges) {
+  for (const RowMeaning meaning : {RowMeaning::instant, RowMeaning::meanBefore}) {
+    MotionBuffer buffer(100, kPeriod);
+    buffer.setMeaning(meaning);
+    buffer.push(0, along(1));
+    const Motion alone = buffer.motion(0, kPeriod).motion;
+    EXPECT_NEAR(alone.t.z(), -kPeriod, 1e-12);
+    EXPECT_EQ(alone.within.t2, 0);
+    for (const double t : {.1, .2, .3}) buffer.push(t, along(1 + t));
+    EXPECT_GT(buffer.motion(.3, .35).motion.within.t2, 0);
+    buffer.push(2, along(3));
+    EXPECT_EQ(buffer.motion(2, 2.05).motion.within.t2, 0);
+    EXPECT_NEAR(buffer.motion(2, 2.05).motion.t.z(), -.15, 1e-12);
+    // A sample goes on to the next; of a mean after a hole nobody knows how it has risen.
+    buffer.push(2.1, along(3.2));
+    const double speed = meaning == RowMeaning::instant ? 3.05 : 3.2;
+    EXPECT_NEAR(buffer.motion(2, 2.05).motion.t.z(), -.05 * speed, 1e-12);
+  }
+}
+
+TEST(RowMeaning, whatIsToldAsUnknownStaysUnknown) {
+  for (const RowMeaning meaning : {RowMeaning::hold, RowMeaning::instant, RowMeaning::meanBefore}) {
+    MotionBuffer buffer;
+    buffer.setMeaning(meaning);
+    buffer.push(0, along(2));
+    buffer.push(.1, along(2));
+    buffer.pushUnknown(.15);
+    for (const double t : {.2, .3}) buffer.push(t, along(5));
+    EXPECT_EQ(buffer.coverage(0, .15), Coverage::complete);
+    EXPECT_NEAR(buffer.motion(.1, .15).motion.t.z(), -.1, 1e-12);
+    EXPECT_EQ(buffer.coverage(.15, .2), Coverage::refused);
+    EXPECT_EQ(buffer.motion(.15, .2).motion.t.z(), 0);
+    EXPECT_NEAR(buffer.motion(.2, .3).motion.t.z(), -.5, 1e-12);
+  }
+}
+
+TEST(RowMeaning, onlyRowsThatHoldSayAllBeforeTheNext) {
+  for (const RowMeaning meaning : {RowMeaning::hold, RowMeaning::instant, RowMeaning::meanBefore}) {
+    const bool isHeld = meaning == RowMeaning::hold;
+    MotionBuffer buffer;
+    buffer.setMeaning(meaning);
+    EXPECT_EQ(buffer.saysUntil(0), isHeld);
+    buffer.push(1, along(1));
+    EXPECT_TRUE(buffer.saysUntil(1));
+    EXPECT_EQ(buffer.saysUntil(1.01), isHeld);
+  }
+}
+
 struct Part {
   const char* what;
   RowMeaning meaning;
