@@ -27,7 +27,7 @@ std::string objection(const VelocityProfile& profile, std::size_t size) {
   std::ostringstream why;
   double until = 0;
   for (const VelocitySegment& segment : profile) {
-    if (segment.until <= until) {
+    if (!(segment.until > until)) {
       why << "until = " << segment.until << " s comes after " << until << " s; times must increase";
       return why.str();
     }

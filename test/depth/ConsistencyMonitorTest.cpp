@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <set>
+#include <string>
 
 #include "depthservo/depth/ConsistencyMonitor.h"
 #include "support/EstimatorExperiment.h"
@@ -188,6 +191,31 @@ TEST(ConsistencyMonitor, everyCauseHasItsMessageWithTheEvidence) {
     EXPECT_NE(d.message().find("3.25 of 400"), std::string::npos) << d.message();
   }
   EXPECT_NE(ConsistencyMonitor::Diagnosis{}.message().find("agree"), std::string::npos);
+}
+
+TEST(ConsistencyMonitor, everyCauseHasANameAndASentenceThatFitsIt) {
+  const std::map<Cause, const char*> own{{Cause::motion, "30 of 430 measurements are rejected"},
+                                         {Cause::mount, "0.0400 rad"},
+                                         {Cause::slip, "4.0 % of the speed"},
+                                         {Cause::poseNoise, "40.0 mm"},
+                                         {Cause::noise, "declare less noise"},
+                                         {Cause::noData, "only 430 measurements"}};
+  std::set<std::string> names;
+  for (int i = 0; i <= static_cast<int>(Cause::noData); ++i) {
+    const auto cause = static_cast<Cause>(i);
+    const std::string name = ConsistencyMonitor::toString(cause);
+    EXPECT_TRUE(names.insert(name).second) << name;
+    const ConsistencyMonitor::Diagnosis d{cause, .04, 7, 3.25, 400, 30};
+    const bool isOfMotion = cause >= Cause::motion && cause <= Cause::poseConvention;
+    EXPECT_EQ(d.isMotion(), isOfMotion) << name;
+    const auto words = isOfMotion ? own.find(Cause::motion) : own.find(cause);
+    if (words == own.end()) continue;
+    EXPECT_NE(d.message().find(words->second), std::string::npos) << d.message();
+  }
+  ConsistencyMonitor::Diagnosis tied{Cause::gyroBias, .033, 7, 3.25, 400};
+  tied.rival = Cause::movingTarget;
+  EXPECT_NE(tied.message().find("a target that moves would look nearly the same"),
+            std::string::npos);
 }
 
 TEST(ConsistencyMonitor, survivesGarbage) {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string>
 
 #include "depthservo/depth/Excitation.h"
 
@@ -34,6 +36,23 @@ TEST(Excitation, motionTowardsAPointIsAlongItsLineOfSightAndNotThatOfOthers) {
   EXPECT_EQ(ahead.ofDepth(.1, .2), Hindrance::alongLineOfSight);
   EXPECT_NE(ahead.ofDepth(-.3, .2), Hindrance::alongLineOfSight);
   EXPECT_EQ(describe(ahead.ofDepth(.1, .2), 3), "moving along the line of sight of point 3");
+}
+
+TEST(Excitation, everyHindranceHasWordsOfItsOwn) {
+  std::set<std::string> all;
+  for (const Hindrance hindrance :
+       {Hindrance::noMotion, Hindrance::noTranslation, Hindrance::alongLineOfSight,
+        Hindrance::tooSlow, Hindrance::noRotation, Hindrance::opticalAxisOnly,
+        Hindrance::radialOnly}) {
+    const std::string words = describe(hindrance, 7);
+    EXPECT_FALSE(words.empty());
+    const bool isOfThePoint = hindrance == Hindrance::alongLineOfSight ||
+                              hindrance == Hindrance::tooSlow || hindrance == Hindrance::radialOnly;
+    EXPECT_EQ(words.find("point 7") != std::string::npos, isOfThePoint) << words;
+    all.insert(words);
+  }
+  EXPECT_EQ(all.size(), 7u);
+  EXPECT_EQ(describe(Hindrance::none, 7), "");
 }
 
 TEST(Excitation, motionAcrossTheLineOfSightIsOnlyTooSlow) {

@@ -175,9 +175,9 @@ TEST(InverseDepthFilter, isUnbiasedComingStraightAtATagWithBetterOdometryThanDec
   // sigma. A mean that takes the declared noise back would leave -4 to -21 %.
   for (const OdometryNoise& declared : {OdometryNoise::white(.01, .005), OdometryNoise{}}) {
     for (const double level : {0., .5, 1.}) {
-      const Honesty h = honesty(
-          [&](unsigned seed) { return TagSequence::simulate(declared, level, seed); }, declared, 4,
-          40);
+      const Honesty h =
+          honesty([&](unsigned seed) { return TagSequence::simulate(declared, level, seed); },
+                  declared, 4, 40);
       EXPECT_LT(std::abs(h.mean), .35) << "noise " << level << " x declared";
       EXPECT_GE(h.coverage, .93) << "noise " << level << " x declared";
     }
@@ -460,6 +460,29 @@ TEST(DepthForecast, tellsWhenSigmaWouldFallByMoreThanTheShare) {
   }
   EXPECT_GT(telling, 200);
   EXPECT_LT(telling, 1800);
+}
+
+TEST(DepthForecast, isWhatTheFilterThenDoes) {
+  const Twist twist{{.02, 0, .004}, {0, .01, 0}};
+  const Motion motion = Motion::fromTwist(twist, kDt);
+  StillPoint point = StillPoint::at(.1, -.05, 2);
+  InverseDepthFilter filter;
+  filter.reset({point.x(), point.y(), kSigma}, {2});
+  const auto step = [&] {
+    point.move(twist, kDt);
+    filter.predict(motion);
+    filter.correct({point.x(), point.y(), kSigma});
+  };
+  for (int k = 0; k < 5; ++k) step();
+  const DepthEstimate now = filter.estimate();
+  const DepthForecast forecast = DepthForecast::of(now, kSigma, motion, {});
+  const double told = forecast.framesTo(.05, now.chi, now.sigma_chi);
+  int frames = 0;
+  for (; filter.estimate().sigma_chi > .05 * filter.estimate().chi; ++frames) step();
+  EXPECT_GT(frames, 5);
+  EXPECT_NEAR(told, frames, .3 * frames);
+  const Motion none = Motion::fromTwist(twist, 0);
+  EXPECT_TRUE(std::isinf(DepthForecast::of(now, kSigma, none, {}).framesTo(.05, now.chi, 1)));
 }
 
 TEST(DepthForecast, isTheRuleOfThumbAndItsInverse) {

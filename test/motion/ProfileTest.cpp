@@ -79,6 +79,7 @@ TEST(VelocityProfile, objectionsNameWhatIsWrong) {
             "until = 1 s comes after 1 s; times must increase");
   EXPECT_EQ(objection({{0, {}, {}, {}, {}}}, 2),
             "until = 0 s comes after 0 s; times must increase");
+  EXPECT_NE(objection({{std::nan(""), {}, {}, {}, {}}}, 2), "");
   EXPECT_EQ(objection({{1, vectorOf({1}), {}, {}, {}}}, 2), "v: expected 2 numbers, got 1");
   EXPECT_EQ(objection({{1, {}, {}, vectorOf({1, 2, 3}), {}}}, 2),
             "omega: expected 2 numbers, got 3");
