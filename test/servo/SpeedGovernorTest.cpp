@@ -23,6 +23,7 @@ class SpeedGovernorTest : public testing::Test {
     for (int i = 0; i < 4; ++i) {
       if (told_.estimate(i).status == DepthStatus::valid) measured.push_back({i, {0, 0, 1e-3}});
     }
+    for (int i = 0; i < strangers_; ++i) measured.push_back({10 + i, {0, 0, 1e-3}});
     features_.publish(told_, measured, MotionBuffer(), 0);
     governor_.update(time_s_, features_, measured);
   }
@@ -46,6 +47,7 @@ class SpeedGovernorTest : public testing::Test {
   ToldEstimates told_{std::vector<DepthEstimate>(4, valid())};
   PointFeatures features_{4, DepthRange()};
   SpeedGovernor governor_{kStop_px, kFocal_px};
+  int strangers_ = 0;  // points that are measured, too, and are not of the task
   double time_s_ = 1000;
 };
 
@@ -54,6 +56,19 @@ TEST_F(SpeedGovernorTest, points_that_are_measured_have_full_speed_however_vague
   images(2);
   EXPECT_TRUE(governor_.isFree());
   EXPECT_EQ(governor_.speed(), 1);
+}
+
+TEST_F(SpeedGovernorTest, the_hidden_point_counts_whichever_it_is_and_whatever_else_is_seen) {
+  for (std::size_t hidden = 0; hidden < 4; ++hidden) {
+    for (strangers_ = 0; strangers_ < 6; ++strangers_) {
+      hide(hidden, 0.75 * kStop_px);
+      images(2);
+      EXPECT_NEAR(governor_.speed(), 0.5, 1e-9) << "point " << hidden << ", " << strangers_;
+      told_.estimates[hidden] = valid();
+      images(2);
+      EXPECT_EQ(governor_.speed(), 1);
+    }
+  }
 }
 
 TEST_F(SpeedGovernorTest, slows_down_in_proportion_to_sigma_from_half_of_the_stop_on) {
