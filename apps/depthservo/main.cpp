@@ -101,6 +101,8 @@ int run(int argc, char** argv) {
         "--quiet", [&quiet] { quiet.begin(); }, "No words on stderr but why it failed");
   }
   try {
+    // OpenCV waits for ever for a thread that it could not make, and gains nothing here by threads.
+    cv::setNumThreads(1);
     try {
       app.parse(argc, argv);
     } catch (const CLI::Success& success) {
@@ -131,8 +133,5 @@ int main(int argc, char** argv) {
   // Data and words may go to the same file: whole lines, in their order.
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   std::signal(SIGXFSZ, SIG_IGN);  // a limit for files is an error of writing, not the end
-  // OpenCV waits for ever for a thread that could not be made; images this small gain nothing by
-  // it.
-  cv::setNumThreads(1);
   return depthservo::run(argc, argv);
 }
