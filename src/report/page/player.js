@@ -71,9 +71,10 @@ function startPlayer(view) {
   }
   const rowAt = t => Math.max(0, time.findIndex((value, i) => i === last || time[i + 1] > t));
   function showTime(t) {
-    if (rowAt(t) !== row) show(rowAt(t));
+    const wanted = rowAt(t);
+    if (wanted !== row) show(wanted);
   }
-  const {toggle, stop} = playback(button, time[last], () => time[row], showTime);
+  const {toggle, stop, onKey} = playback(button, time[last], () => time[row], showTime);
 
   button.onclick = toggle;
   slider.oninput = () => { stop(); show(Number(slider.value)); };
@@ -83,17 +84,7 @@ function startPlayer(view) {
       show(time.reduce((best, t, i) => Math.abs(t - x) < Math.abs(time[best] - x) ? i : best, 0));
     }}, true);  // nothing is drawn anew
   }
-  document.addEventListener('keydown', event => {
-    const tag = event.target.tagName;
-    if (event.ctrlKey || event.altKey || event.metaKey || tag === 'SUMMARY' || (tag === 'BUTTON' && event.target !== button)) return;
-    const steps = {ArrowLeft: -1, ArrowRight: 1}[event.key];
-    if (event.key === ' ') toggle();
-    else if (steps) { stop(); show(row + steps * (event.shiftKey ? 10 : 1)); }
-    else if (event.key === 'Home') { stop(); show(0); }
-    else if (event.key === 'End') { stop(); show(last); }
-    else return;
-    event.preventDefault();
-  });
+  document.addEventListener('keydown', event => onKey(event, steps => show(row + steps)));
   for (const choice of choices) {
     choice.addEventListener('click', () => { stop(); if (picture) picture.hidden = true; marks.replaceChildren(); });
   }
