@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "depth/FilterPointSteps.h"
 #include "motion/rateByTwist.h"
@@ -17,15 +18,12 @@ using Cause = ConsistencyMonitor::Cause;
 
 enum Hypothesis { kLatency = 0, kGyroBias = 1, kFocal = 4, kTarget = 5 };
 
-/// The causes that are hypotheses: which of them.
-struct Hypotheses {
-  Cause cause;
+/// Which hypotheses a cause has, in the order of kModelled.
+constexpr struct {
   int first, count;
-};
-constexpr Hypotheses kCauses[] = {{Cause::latency, kLatency, 1},
-                                  {Cause::gyroBias, kGyroBias, 3},
-                                  {Cause::focalLength, kFocal, 1},
-                                  {Cause::movingTarget, kTarget, 3}};
+} kHypothesesOf[] = {{kLatency, 1}, {kGyroBias, 3}, {kFocal, 1}, {kTarget, 3}};
+constexpr auto& kModelled = ConsistencyMonitor::kModelled;
+static_assert(std::size(kHypothesesOf) == kModelled.size());
 
 /// Half-width of the band of the mean NIS, in sigma of the mean.
 constexpr double kBand = 5;
@@ -278,22 +276,24 @@ void ConsistencyMonitor::correct(const std::vector<PointObservation>& observatio
   const Nis nis = windowedNis();
   above_s_ = nis.deviation > kBand ? above_s_ + sinceCorrection_s_ : 0;
   below_s_ = nis.deviation < -kBand ? below_s_ + sinceCorrection_s_ : 0;
-  const Diagnosis now = judged();
+  const Fits fits = this->fits();
+  const Diagnosis now = judged(fits);
   held_s_ = now.cause == latest_.cause ? held_s_ + sinceCorrection_s_ : 0;
   latest_ = now;
   sinceCorrection_s_ = 0;
-  noteSizes();
+  noteSizes(fits);
 }
 
 /// Of the cause that is named or suspected now, and of those that last and were named.
-void ConsistencyMonitor::noteSizes() {
+void ConsistencyMonitor::noteSizes(const Fits& fits) {
   const Cause named = diagnosis().cause;
-  const Cause suspected = likeliest(kSuspicion).cause;
-  for (std::size_t i = 0; i < std::size(kCauses); ++i) {
-    const auto& [cause, first, count] = kCauses[i];
+  const Cause suspected = likeliest(fits, kSuspicion).cause;
+  for (std::size_t i = 0; i < kModelled.size(); ++i) {
+    const Cause cause = kModelled[i];
+    const auto [first, count] = kHypothesesOf[i];
     wasNamed_[i] = (wasNamed_[i] || cause == named) && cause != Cause::movingTarget;
     if (cause == named || (cause == suspected && !wasNamed_[i])) {
-      sizes_.segment(first, count) = fitted(first, count).theta.head(count);
+      sizes_.segment(first, count) = fits[i].theta.head(count);
     } else if (!wasNamed_[i]) {
       sizes_.segment(first, count).setZero();
     }
@@ -301,14 +301,12 @@ void ConsistencyMonitor::noteSizes() {
 }
 
 double ConsistencyMonitor::chiBy(Cause cause, int id) const {
-  for (const auto& [known, first, count] : kCauses) {
-    if (known != cause) continue;
-    for (std::size_t i = 0; i < size_; ++i) {
-      if (slots_[i].id != id) continue;
-      return slots_[i].e.row(2).segment(first, count).dot(sizes_.segment(first, count));
-    }
-  }
-  return 0;
+  const auto modelled = std::find(kModelled.begin(), kModelled.end(), cause);
+  const auto end = slots_.begin() + static_cast<std::ptrdiff_t>(size_);
+  const auto slot = std::find_if(slots_.begin(), end, [&](const Slot& s) { return s.id == id; });
+  if (modelled == kModelled.end() || slot == end) return 0;
+  const auto [first, count] = kHypothesesOf[modelled - kModelled.begin()];
+  return slot->e.row(2).segment(first, count).dot(sizes_.segment(first, count));
 }
 
 /// The mean over all values of the window. Its sigma is that of independent values, or what the
@@ -388,7 +386,14 @@ ConsistencyMonitor::Fit ConsistencyMonitor::fitted(int first, int count) const {
   return fit;
 }
 
-ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
+ConsistencyMonitor::Fits ConsistencyMonitor::fits() const {
+  Fits fits;
+  std::transform(std::begin(kHypothesesOf), std::end(kHypothesesOf), fits.begin(),
+                 [&](const auto& h) { return fitted(h.first, h.count); });
+  return fits;
+}
+
+ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged(const Fits& fits) const {
   Diagnosis d;
   const Nis nis = windowedNis();
   d.meanNis = nis.mean;
@@ -400,7 +405,7 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
     d.size = d.values + d.rejected;
     return d;
   }
-  const double explained = judgeModel(d);
+  const double explained = judgeModel(fits, d);
   const bool manyRejected = far_ > kManyRejected * measured_;
   const bool areOutliers = nis.mean < kOthersAgree && rejected_ > kUnexplained * far_;
   const double mayRemain = d.values < kFewestValues ? kUnexplainedOfAll : kUnexplained;
@@ -416,11 +421,13 @@ ConsistencyMonitor::Diagnosis ConsistencyMonitor::judged() const {
 }
 
 /// Of the causes with this much evidence the one that explains most, and the next one.
-ConsistencyMonitor::Likeliest ConsistencyMonitor::likeliest(double evidence) const {
+ConsistencyMonitor::Likeliest ConsistencyMonitor::likeliest(const Fits& fits,
+                                                            double evidence) const {
   const bool isNoisy = step_.variance_t > 0 || step_.variance_theta > 0;
   Likeliest best;
-  for (const auto& [cause, first, count] : kCauses) {
-    const Fit fit = fitted(first, count);
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const Cause cause = kModelled[i];
+    const Fit& fit = fits[i];
     const bool isTooLarge = (cause == Cause::focalLength && std::abs(fit.size) > kLargestFocal) ||
                             (cause == Cause::gyroBias && fit.size > kLargestGyroBias) ||
                             (cause == Cause::latency && std::abs(fit.size) > kLargestLatency);
@@ -441,8 +448,8 @@ ConsistencyMonitor::Likeliest ConsistencyMonitor::likeliest(double evidence) con
 
 /// Names the cause that explains most of the innovations, if one has the evidence. \return by how
 /// much it lowers the sum of NIS
-double ConsistencyMonitor::judgeModel(Diagnosis& d) const {
-  const Likeliest best = likeliest(options_.evidence);
+double ConsistencyMonitor::judgeModel(const Fits& fits, Diagnosis& d) const {
+  const Likeliest best = likeliest(fits, options_.evidence);
   if (best.cause == Cause::none) return 0;
   d.cause = best.cause;
   d.evidence = best.fit.evidence;

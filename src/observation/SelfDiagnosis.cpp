@@ -249,8 +249,7 @@ double SelfDiagnosis::varianceFactor() const {
 /// How far the point's inverse depth is off by what nobody reckons with or learns [1/m].
 double SelfDiagnosis::chiByCauses(int id) const {
   double square = 0;
-  for (const Cause cause :
-       {Cause::latency, Cause::gyroBias, Cause::focalLength, Cause::movingTarget}) {
+  for (const Cause cause : ConsistencyMonitor::kModelled) {
     const bool isKnown = learner_ ? cause != Cause::movingTarget || !(factor_ > 1)
                                   : joint_ && joint_->estimates(cause);
     const double off = isKnown ? 0 : monitor_.chiBy(cause, id);

@@ -17,9 +17,6 @@ using Cause = ConsistencyMonitor::Cause;
 
 const OdometryNoise kMeasured = OdometryNoise::white(.005, .002);
 
-constexpr Cause kModelled[] = {Cause::latency, Cause::gyroBias, Cause::focalLength,
-                               Cause::movingTarget};
-
 struct Watched {
   ConsistencyMonitor::Diagnosis diagnosis;  // after the last frame
   bool wasEverWrong = false;                // something was diagnosed at some time
@@ -48,7 +45,8 @@ Watched watch(const SimulatedRun& run, const ConsistencyMonitor::Options& option
   watched.varianceFactor = monitor.varianceFactor();
   for (std::size_t i = 0; i < run.guesses.size(); ++i) {
     double sum = 0;
-    for (const Cause cause : kModelled) sum += monitor.chiBy(cause, static_cast<int>(i));
+    for (const Cause cause : ConsistencyMonitor::kModelled)
+      sum += monitor.chiBy(cause, static_cast<int>(i));
     watched.tooSmall.push_back(sum);
   }
   EXPECT_EQ(monitor.chiBy(watched.diagnosis.cause, 1000), 0) << "no such point";

@@ -64,6 +64,10 @@ class DEPTHSERVO_API ConsistencyMonitor {
     noData,     ///< too few measurements could be compared; size: their number
   };
 
+  /// Those whose effect on a depth is known, see `chiBy`.
+  static constexpr std::array kModelled = {Cause::latency, Cause::gyroBias, Cause::focalLength,
+                                           Cause::movingTarget};
+
   /// As printed: none | latency | gyro-bias | focal-length | moving-target | outliers | noise |
   /// motion | frame | clock | unit | pose-convention | mount | slip |
   /// pose-noise | no-data.
@@ -141,6 +145,7 @@ class DEPTHSERVO_API ConsistencyMonitor {
     double explained = 0, evidence = 0, size = 0;
     Eigen::Vector3d theta = Eigen::Vector3d::Zero();  // of one cause the first
   };
+  using Fits = std::array<Fit, kModelled.size()>;  // in the order of kModelled
   struct Likeliest {
     Cause cause = Cause::none;
     Fit fit;
@@ -166,10 +171,11 @@ class DEPTHSERVO_API ConsistencyMonitor {
   Nis windowedNis() const;
   void countRejected(double nis);
   Fit fitted(int first, int count) const;
-  Likeliest likeliest(double evidence) const;
-  Diagnosis judged() const;
-  void noteSizes();
-  double judgeModel(Diagnosis& d) const;
+  Fits fits() const;
+  Likeliest likeliest(const Fits& fits, double evidence) const;
+  Diagnosis judged(const Fits& fits) const;
+  void noteSizes(const Fits& fits);
+  double judgeModel(const Fits& fits, Diagnosis& d) const;
   void judgeNoise(Diagnosis& d) const;
 
   Options options_;
@@ -190,10 +196,10 @@ class DEPTHSERVO_API ConsistencyMonitor {
   Image all_;                           // since the start, each NIS capped
   double above_s_ = 0, below_s_ = 0;    // how long the mean NIS has been out of its band
 
-  Diagnosis latest_;                   // of the last image
-  Vector sizes_ = Vector::Zero();      // of the hypotheses that were named or are suspected
-  std::array<bool, 4> wasNamed_ = {};  // by cause
-  double held_s_ = 0;                  // how long its cause has been the same
+  Diagnosis latest_;               // of the last image
+  double held_s_ = 0;              // how long its cause has been the same
+  Vector sizes_ = Vector::Zero();  // of the hypotheses that were named or are suspected
+  std::array<bool, kModelled.size()> wasNamed_ = {};
 
   OdometryNoise::Step step_;
   Eigen::Matrix3d startRcamera_ = Eigen::Matrix3d::Identity();
