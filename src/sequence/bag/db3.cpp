@@ -21,6 +21,12 @@ using Blob = std::unique_ptr<sqlite3_blob, decltype(&sqlite3_blob_close)>;
 /// on their own way would take for ever.
 constexpr int kMostSteps = 200'000;
 
+/// What SQLite last had to say.
+std::string wordsOf(sqlite3* database) {
+  const bool isEndless = sqlite3_errcode(database) == SQLITE_INTERRUPT;
+  return isEndless ? "its tables have no end" : sqlite3_errmsg(database);
+}
+
 /// The rows of a table in the order of their numbers. A damaged page can make SQLite give the same
 /// row for ever.
 class Rows {
@@ -40,7 +46,7 @@ class Rows {
   /// Why there is no next row; empty: it was the last one.
   std::string damage() const {
     if (!isInOrder_) return "its rows are not in order";
-    return result_ == SQLITE_DONE ? "" : sqlite3_errmsg(sqlite3_db_handle(statement_));
+    return result_ == SQLITE_DONE ? "" : wordsOf(sqlite3_db_handle(statement_));
   }
 
  private:
@@ -92,8 +98,7 @@ Db3Bag::Db3Bag(const std::string& path) : path_(path) {
 Statement Db3Bag::prepare(const char* sql) const {
   sqlite3_stmt* made = nullptr;
   if (sqlite3_prepare_v2(database_.get(), sql, -1, &made, nullptr) != SQLITE_OK) {
-    refuse(fmt::format("is not a recording of ROS 2 or is damaged: {}",
-                       sqlite3_errmsg(database_.get())));
+    refuse("is not a recording of ROS 2 or is damaged: " + wordsOf(database_.get()));
   }
   return {made, sqlite3_finalize};
 }
@@ -153,12 +158,12 @@ std::string Db3Bag::bytesOf(std::int64_t row, std::size_t most, std::uint64_t& s
   const int result =
       sqlite3_blob_open(database_.get(), "main", "messages", "data", row, 0, &opened);
   const Blob blob(opened, sqlite3_blob_close);
-  if (result != SQLITE_OK) throw BagFault(sqlite3_errmsg(database_.get()));
+  if (result != SQLITE_OK) throw BagFault(wordsOf(database_.get()));
   size = static_cast<std::uint64_t>(sqlite3_blob_bytes(opened));
   const auto readBytes = [&](std::uint64_t count) {
     std::string bytes(static_cast<std::size_t>(count), '\0');
     if (sqlite3_blob_read(opened, bytes.data(), static_cast<int>(count), 0) != SQLITE_OK) {
-      throw BagFault(sqlite3_errmsg(database_.get()));
+      throw BagFault(wordsOf(database_.get()));
     }
     return bytes;
   };
