@@ -23,6 +23,12 @@ constexpr double kMostSigmas = 6;
 /// Measurements over which their innovations are averaged.
 constexpr double kRemembered = 200;
 
+/// Over which slip is compared with the profile's [s], and from how many sigma it is larger.
+constexpr double kSlipMemory_s = 10, kSlipEvidence = 3;
+
+/// Wheels that slip more drive another way [-].
+constexpr double kMostSlip = 0.5;
+
 double nisOf(const Eigen::Matrix2d& S, const Eigen::Vector2d& nu) {
   return detail::nisOf(S(0, 0), S(0, 1), S(1, 1), nu(0), nu(1));
 }
@@ -56,6 +62,7 @@ void SharedErrorFilter::correct(const std::vector<PointObservation>& observation
     correctSeated(slot, measured);
   });
   symmetrise();
+  if (slip_ != kNone && options_.isCautious) learnSlip();
   moveAlone();
   each([this](Slot& slot, const PointMeasurement& measured) {
     if (slot.isStarted && slot.unseen == 0) return;
@@ -87,6 +94,42 @@ void SharedErrorFilter::moveAlone() {
   before_ = values_.head(constants_);
 }
 
+/// If slip has the variance V that is reckoned with and P is left of it, the square of its estimate
+/// is V - P on the mean. By what it is more, V is too small, which shows as much as the images
+/// tell.
+void SharedErrorFilter::learnSlip() {
+  const GaussMarkov& profile = options_.errors.slip;
+  const double V = slipVariance_, value = values_(slip_), told = V - P_(slip_, slip_);
+  if (!(told > 0)) return;
+  const double weight = dt_ * (told / V) * (told / V), keep = std::exp(-dt_ / kSlipMemory_s);
+  slipTold_s_ = keep * slipTold_s_ + weight;
+  slipSum_ = keep * slipSum_ + weight * V + dt_ * (value * value - told);
+  const double variance = slipSum_ / slipTold_s_, usual = profile.sigma * profile.sigma;
+  const double independent = slipTold_s_ / (profile.asWhite(dt_) * dt_);
+  const bool isMore = variance > usual * (1 + kSlipEvidence * std::sqrt(2 / independent));
+  slipVariance_ = isMore ? std::min(variance, kMostSlip * kMostSlip) : usual;
+  if (slipVariance_ > V) forgetSlipped(slipVariance_ - V);
+}
+
+/// Until now slip had so much more variance: by its mean over the time for which they have been
+/// seen all points err together, as by a scale.
+void SharedErrorFilter::forgetSlipped(double more) {
+  const double lasts_s = options_.errors.slip.asWhite(dt_) * dt_;
+  const auto off = [&](const Slot& slot) {
+    return slot.point.chi * std::sqrt(more * std::min(1., lasts_s / (time_s_ - slot.first_s)));
+  };
+  P_(slip_, slip_) += more;
+  for (std::size_t i = 0; i < size_; ++i) {
+    Slot& slot = slots_[i];
+    if (slot.isStarted && slot.place == kNone) slot.point.cc += off(slot) * off(slot);
+  }
+  for (int i = 0; i < places_; ++i) {
+    for (int j = 0; j < places_; ++j) {
+      if (slotAt(i) && slotAt(j)) P_(row(i) + 2, row(j) + 2) += off(*slotAt(i)) * off(*slotAt(j));
+    }
+  }
+}
+
 SharedErrorFilter::Seen SharedErrorFilter::seen(const Slot& slot) const {
   const FilterPoint& p = slot.point;
   const Eigen::Matrix<double, 2, 6> L = rateByTwist({p.x, p.y, p.chi}).topRows<2>();
@@ -103,7 +146,7 @@ SharedErrorFilter::Seen SharedErrorFilter::seen(const Slot& slot) const {
   const double age_s = time_s_ - slot.first_s;
   seen.byPose = asWhite(position_, dt_, age_s) * L.leftCols<3>() * L.leftCols<3>().transpose() +
                 asWhite(angle_, dt_, age_s) * L.rightCols<3>() * L.rightCols<3>().transpose();
-  if (latency_ != kNone && options_.allowsUnfollowed) {
+  if (latency_ != kNone && options_.isCautious) {
     const Eigen::Vector2d unfollowed = L * behind_;
     seen.byPose += P_(latency_, latency_) * unfollowed * unfollowed.transpose();
   }

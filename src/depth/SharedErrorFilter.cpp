@@ -126,6 +126,8 @@ void SharedErrorFilter::resetShared() {
   prior(focal_, e.focal);
   prior(scale_, e.scale);
   prior(slip_, e.slip.sigma);
+  slipVariance_ = e.slip.sigma * e.slip.sigma;
+  slipSum_ = slipTold_s_ = 0;
   prior(jitter_, e.jitter_s);
   nisSum_ = 2;
   nisWeight_ = 1;

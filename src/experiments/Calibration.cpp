@@ -153,7 +153,7 @@ class Fit {
     filter.rowScale = recording_.rowScale;
     filter.rowOffset = recording_.rowOffset;
     filter.places = recording_.points;
-    filter.allowsUnfollowed = false;  // what it is levels of noise that shall explain
+    filter.isCautious = false;  // what it is levels of noise that shall explain
     SharedErrorFilter result(recording_.points, filter, options_.depth, options_.range);
     std::vector<PointObservation> points;
     for (std::size_t k = 0; k < images; ++k) {

@@ -100,7 +100,7 @@ SelfDiagnosis::SelfDiagnosis(std::size_t capacity, const OdometryNoise& odometry
       monitor_(capacity, monitorOptions(odometry), prior, range) {
   if (!errors) return;
   SharedErrorFilterOptions options = *errors;
-  options.allowsUnfollowed = false;
+  options.isCautious = false;
   learner_.emplace(capacity, options, prior, range);
   slipTau_s_ = errors->errors.slip.tau_s;
 }

@@ -30,12 +30,21 @@ std::unique_ptr<PointSetEstimator> alone() {
   return std::make_unique<SeparatePoints>(one, kPoints, DepthPrior{3});
 }
 
+Robot typical(unsigned seed) { return Robot::typical(seed); }
+
+/// Its wheels slip 2.5 times as much as the profile says.
+Robot slipping(unsigned seed) {
+  RobotErrors errors = Robot::typical(seed).errors;
+  errors.slipSigma = .05;
+  return {seed, errors};
+}
+
 Honesty meanOf(const std::function<std::unique_ptr<PointSetEstimator>()>& make,
-               double* worstError = nullptr) {
+               double* worstError = nullptr, Robot (*draw)(unsigned) = typical) {
   Honesty mean;
   for (unsigned seed = 0; seed < kRobots; ++seed) {
     const auto estimator = make();
-    const Honesty one = Robot::typical(seed).judge(*estimator);
+    const Honesty one = draw(seed).judge(*estimator);
     mean.coverage += one.coverage / kRobots;
     mean.valid += one.valid / kRobots;
     mean.scaled += one.scaled / kRobots;
@@ -57,6 +66,18 @@ TEST(RobotErrors, leaveDepthsOfPointsAloneHonest) {
   const Honesty mean = meanOf(alone);
   EXPECT_GE(mean.coverage, 0.90);
   EXPECT_GE(mean.valid, 0.6);
+}
+
+TEST(RobotErrors, ofSlipBeyondTheProfileLeaveJointDepthsHonest) {
+  const auto trusting = [] {
+    SharedErrorFilterOptions options;
+    options.isCautious = false;
+    return std::make_unique<SharedErrorFilter>(kPoints, options, DepthPrior{3});
+  };
+  const Honesty mean = meanOf(joint, nullptr, slipping);
+  EXPECT_GE(mean.coverage, 0.9);
+  EXPECT_GE(mean.valid, 0.7);
+  EXPECT_LT(meanOf(trusting, nullptr, slipping).coverage, 0.87);
 }
 
 TEST(RobotErrors, thatAreNotThereLeaveDepthsExact) {

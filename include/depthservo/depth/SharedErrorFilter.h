@@ -22,9 +22,9 @@ struct SharedErrorFilterOptions {
   int rejectionsInARow = 5;
   double huber = 2.5;
   double lost_sigma = 0.1;
-  /// Whether changes of the twist that are not followed yet count as noise; a diagnosis shall see
-  /// them in the innovations.
-  bool allowsUnfollowed = true;
+  /// Whether what shows to be more than the profile's is reckoned with: changes of the twist that
+  /// are not followed yet, and slip. A diagnosis shall see them in the innovations.
+  bool isCautious = true;
 };
 
 /// Extended Kalman filter of points and of the lasting errors of a robot that they share (see
@@ -54,6 +54,8 @@ struct SharedErrorFilterOptions {
 /// So many `places` hold the points that learn the shared errors, spread over the image. Every
 /// other point is filtered alone, along the motion corrected by them; the sensitivity of its error
 /// to the constant ones is carried along and enters its sigma, the others count as noise.
+///
+/// Slip that shows to be larger than the profile's is reckoned with as it shows.
 ///
 /// Real-time: no allocation after construction. Where the motion is not known points go on alone.
 class DEPTHSERVO_API SharedErrorFilter : public PointSetEstimator {
@@ -164,6 +166,8 @@ class DEPTHSERVO_API SharedErrorFilter : public PointSetEstimator {
   void apply(const Eigen::Vector2d& nu, int n);
   void symmetrise();
   void moveAlone();
+  void learnSlip();
+  void forgetSlipped(double more);
   detail::FilterPoint described(const Slot& slot, int place) const;
 
   void elect();
@@ -211,6 +215,9 @@ class DEPTHSERVO_API SharedErrorFilter : public PointSetEstimator {
   double nisSum_ = 2, nisWeight_ = 1, rejectedShare_ = 0;
   int nisValues_ = 0, rejected_ = 0;
   double cost_ = 0;
+  double slipVariance_ = 0;    // that is reckoned with: the profile's, or more
+  double slipSum_ = 0;         // the variance that shows, times the time that tells it
+  double slipTold_s_ = 0;      // this time
   Twist twist_;                // at the last exposure, corrected
   Vector6d steady_;            // told twist there, averaged; NaN: not known
   Vector6d behind_;            // by how much the average is behind the told twist, as white noise
