@@ -94,6 +94,8 @@ int main(int argc, char** argv) {
   }
   const Draw typical = [](unsigned seed) { return Robot::typical(seed); };
   const Draw ofPrior = [](unsigned seed) { return Robot::ofPrior(seed); };
+  const Draw slipping = [](unsigned seed) { return Robot::slipping(seed, .05); };
+  const Draw slippery = [](unsigned seed) { return Robot::slipping(seed, .1); };
   const Draw perfect = [](unsigned seed) { return Robot(seed, RobotErrors{}); };
   std::printf("%-44s cover worst  valid  error   scaled  worst\n", "robots, estimator");
   bool isMet = row("typical, filter, white noise", typical, whiteAlone, first, robots, {});
@@ -103,6 +105,10 @@ int main(int argc, char** argv) {
   isMet &= row("as uncertain as the profile, filter", ofPrior, alone, first, 5 * robots / 2, {});
   isMet &= row("as uncertain as the profile, joint", ofPrior, joint, first, 5 * robots / 2,
                {.9, .985, .7, .04});
+  isMet &= row("slip of 5 %, filter", slipping, alone, first, robots, {});
+  isMet &= row("slip of 5 %, joint", slipping, joint, first, robots, {.9, 1.001, .7, 1});
+  isMet &= row("slip of 10 %, filter", slippery, alone, first, robots, {});
+  isMet &= row("slip of 10 %, joint", slippery, joint, first, robots, {});
   isMet &= row("perfect, filter", perfect, alone, first, robots, {.95, 1.001, .6, 1});
   isMet &= row("perfect, joint", perfect, joint, first, robots, {.95, 1.001, .7, .04});
   isMet &= row("perfect, joint, white noise", perfect, whiteJoint, first, robots, {});

@@ -31,13 +31,7 @@ std::unique_ptr<PointSetEstimator> alone() {
 }
 
 Robot typical(unsigned seed) { return Robot::typical(seed); }
-
-/// Its wheels slip 2.5 times as much as the profile says.
-Robot slipping(unsigned seed) {
-  RobotErrors errors = Robot::typical(seed).errors;
-  errors.slipSigma = .05;
-  return {seed, errors};
-}
+Robot slipping(unsigned seed) { return Robot::slipping(seed, .05); }
 
 Honesty meanOf(const std::function<std::unique_ptr<PointSetEstimator>()>& make,
                double* worstError = nullptr, Robot (*draw)(unsigned) = typical) {

@@ -213,6 +213,14 @@ struct Robot {
     return Robot(seed, RobotErrors::typical(random, size));
   }
 
+  /// The same with wheels that slip so much (1 sigma).
+  static Robot slipping(unsigned seed, double sigma) {
+    Random random(5000 + seed);
+    RobotErrors errors = RobotErrors::typical(random);
+    errors.slipSigma = sigma;
+    return Robot(seed, errors);
+  }
+
   static Robot ofPrior(unsigned seed) {
     Random random(7000 + seed);
     return Robot(seed, RobotErrors::ofPrior(random));
