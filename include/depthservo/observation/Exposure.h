@@ -32,6 +32,14 @@ struct Exposure {
   std::shared_ptr<const DepthMap> depth{};         ///< true depths by place; null: not known
   std::optional<Eigen::Isometry3d> wMc{};          ///< true pose of the camera in the world
 
+  Exposure() = default;
+  Exposure(const Exposure&) = default;
+  Exposure& operator=(const Exposure&) = default;
+  /// Never fails, which ViSP's image does not say: a list that grows shall not copy images.
+  Exposure(Exposure&&) noexcept = default;
+  Exposure& operator=(Exposure&&) = default;
+  ~Exposure() = default;
+
   bool hasImage() const { return image.getSize() > 0; }
 };
 
