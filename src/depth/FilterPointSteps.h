@@ -81,14 +81,12 @@ Verdict judge(FilterPoint& p, double nis, const InverseDepthFilterOptions& optio
 /// Measurement variance with the Huber weight of this NIS.
 double weighted(double r, double nis, const InverseDepthFilterOptions& options);
 
-DEPTHSERVO_INNER void resetPoint(FilterPoint& p, const PointMeasurement& measurement,
-                                 const DepthPrior& usablePrior);
+void resetPoint(FilterPoint& p, const PointMeasurement& measurement, const DepthPrior& usablePrior);
 /// The depth at hand, at the place of this measurement: the way there is not known.
 void rejoinPoint(FilterPoint& p, const PointMeasurement& measurement);
 /// What a part of the motion that is not known does to a point.
 void letDrift(FilterPoint& p, const UnknownPart& unknown);
-DEPTHSERVO_INNER void predictPoint(FilterPoint& p, const FilterStep& step,
-                                   const InverseDepthFilterOptions& options);
+void predictPoint(FilterPoint& p, const FilterStep& step, const InverseDepthFilterOptions& options);
 
 /// Symmetric 2x2, and the variance of chi: what errors that are considered elsewhere add.
 struct ConsideredVariances {
@@ -101,10 +99,9 @@ struct PointCorrection {
   FilterGain<double> gain{};  // where it was used
 };
 
-DEPTHSERVO_INNER PointCorrection correctPoint(FilterPoint& p, const PointMeasurement& measurement,
-                                              const InverseDepthFilterOptions& options,
-                                              const DepthRange& range,
-                                              const ConsideredVariances& more = {});
+PointCorrection correctPoint(FilterPoint& p, const PointMeasurement& measurement,
+                             const InverseDepthFilterOptions& options, const DepthRange& range,
+                             const ConsideredVariances& more = {});
 void correctPointDepth(FilterPoint& p, const DepthPrior& usable, const DepthRange& range);
 
 /// \param noise, dt of the last motion; dt is 0 when there was none
