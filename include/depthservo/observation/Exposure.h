@@ -1,7 +1,5 @@
 #pragma once
 
-#include <visp3/core/vpImage.h>
-
 #include <Eigen/Geometry>
 #include <limits>
 #include <memory>
@@ -10,7 +8,7 @@
 
 #include "depthservo/sequence/DepthMap.h"
 #include "depthservo/tracking/PointTracker.h"
-#include "depthservo/visp/visp.h"
+#include "depthservo/visp/GrayImage.h"
 
 namespace depthservo {
 
@@ -24,21 +22,13 @@ struct TruePoint {
 
 /// An image, or points measured elsewhere, and when it was taken.
 struct Exposure {
-  double time_s = 0;                               ///< as stamped
-  DEPTHSERVO_VISP vpImage<unsigned char> image{};  ///< of size 0: there is none
-  std::vector<TrackedPoint> points{};              ///< where there is no image
-  bool isMotionKnown = true;                       ///< false: nothing is learnt from it
-  std::vector<TruePoint> truth{};                  ///< empty where it is not known
-  std::shared_ptr<const DepthMap> depth{};         ///< true depths by place; null: not known
-  std::optional<Eigen::Isometry3d> wMc{};          ///< true pose of the camera in the world
-
-  Exposure() = default;
-  Exposure(const Exposure&) = default;
-  Exposure& operator=(const Exposure&) = default;
-  /// Never fails, which ViSP's image does not say: a list that grows shall not copy images.
-  Exposure(Exposure&&) noexcept = default;
-  Exposure& operator=(Exposure&&) = default;
-  ~Exposure() = default;
+  double time_s = 0;                        ///< as stamped
+  GrayImage image{};                        ///< of size 0: there is none
+  std::vector<TrackedPoint> points{};       ///< where there is no image
+  bool isMotionKnown = true;                ///< false: nothing is learnt from it
+  std::vector<TruePoint> truth{};           ///< empty where it is not known
+  std::shared_ptr<const DepthMap> depth{};  ///< true depths by place; null: not known
+  std::optional<Eigen::Isometry3d> wMc{};   ///< true pose of the camera in the world
 
   bool hasImage() const { return image.getSize() > 0; }
 };

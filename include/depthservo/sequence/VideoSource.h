@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "depthservo/api.h"
+#include "depthservo/visp/GrayImage.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
@@ -16,7 +17,7 @@ namespace depthservo {
 /// A gray image and when it was taken.
 struct TimedImage {
   double time_s = 0;
-  DEPTHSERVO_VISP vpImage<unsigned char> image;
+  GrayImage image;
 };
 
 /// The gray image of a PGM, PPM, PNG or JPEG file; none: the file is no image. \throw InputError it

@@ -11,6 +11,7 @@
 #include "depthservo/sequence/Sequence.h"
 #include "depthservo/servo/ServoGoal.h"
 #include "depthservo/tracking/PointTracker.h"
+#include "depthservo/visp/GrayImage.h"
 #include "depthservo/visp/visp.h"
 
 namespace depthservo {
@@ -29,7 +30,7 @@ struct TeachOptions {
 /// depths in truth.csv where they are known.
 struct DEPTHSERVO_API TaughtGoal {
   PinholeCamera camera;
-  DEPTHSERVO_VISP vpImage<unsigned char> image;
+  GrayImage image;
   TrackerKind tracker = TrackerKind::klt;  ///< dots, apriltag or klt
   SequenceTarget target;                   ///< as the folder names it
   std::vector<TrackedPoint> points;        ///< ids 0, 1, ...
