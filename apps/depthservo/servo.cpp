@@ -272,18 +272,22 @@ int servoRobot(ServoArguments& a) {
   log.name = a.goal;
   log.configuration = configurationOf(camera.options());
   const int exitCode = exitCodeOf(log, rig, stop);
-  if (recorder) {
-    SequenceSettings settings{a.goal, goal.camera, options.target.target, options.target.dots,
-                              replayYaml(camera.options())};
-    settings.tags = options.target.tags;
-    settings.board = options.target.board;
-    settings.rows = log.rows;
-    settings.taught = options.target.taught;
-    if (keepsLaw) addLaw(settings, robot, servoGoal);
-    recorder->finish(settings);
+  if (log.frames.empty()) {
+    if (recorder || !a.out.empty()) fmt::print(stderr, "no image was observed: nothing is kept\n");
+  } else {
+    if (recorder) {
+      SequenceSettings settings{a.goal, goal.camera, options.target.target, options.target.dots,
+                                replayYaml(camera.options())};
+      settings.tags = options.target.tags;
+      settings.board = options.target.board;
+      settings.rows = log.rows;
+      settings.taught = options.target.taught;
+      if (keepsLaw) addLaw(settings, robot, servoGoal);
+      recorder->finish(settings);
+    }
+    files.finish(log);
+    if (!a.out.empty()) writeRunFolder(log, a.out);
   }
-  files.finish(log);
-  if (!a.out.empty()) writeRunFolder(log, a.out);
   tell(a, log, watcher.metrics(log), rig, images, watcher.leftOutAtStart(), exitCode);
   return exitCode;
 }

@@ -83,6 +83,25 @@ TEST(Servo, replay_of_its_record_gives_the_same_estimates) {
   expectRefused(depthservo(again + "recorded"), {"record", "commands.csv", "servo --record"});
 }
 
+TEST(Servo, whose_images_end_before_one_is_observed_keeps_nothing) {
+  const TemporaryFolder folder;
+  RobotPair pair(served("dots"));
+  pair.teach("{x: -1, y: 0, theta: 0}", "--tracker dots");
+  std::filesystem::create_directory(folder / "images");
+  std::filesystem::copy(pair.path("seen/rgb/000001.png"), folder / "images/000001.png");
+  folder.write("twists.csv", "");
+  const auto path = [&](const char* name) { return (folder / name).string(); };
+  const Result result = depthservo(
+      "servo --goal " + pair.path("goal") + " --robot " + pair.path("robot.yaml") + " --source " +
+      path("images/%06d.png") + " --fps 30 --twist " + path("twists.csv") + " --command " +
+      path("commands") + " --arm --out " + path("out") + " --record " + path("record"));
+  EXPECT_EQ(result.exitCode, 3);
+  EXPECT_NE(result.err.find("no image was observed: nothing is kept\n"), std::string::npos);
+  EXPECT_NE(result.err.find("all 1 images read"), std::string::npos) << result.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "record"));
+}
+
 TEST(Servo, refuses_what_cannot_be_used_in_one_line) {
   const TemporaryFolder folder;
   RobotPair pair(served("dots"));
