@@ -54,10 +54,11 @@ bool areAllTried() {
   return which && std::string(which) == "all";
 }
 
-std::vector<int> callsToTry(int calls, int some, unsigned seed) {
+std::vector<int> callsToTry(int calls, int some, unsigned seed, int most) {
   std::vector<int> all(static_cast<std::size_t>(std::max(calls, 0)));
   std::iota(all.begin(), all.end(), 1);
-  if (areAllTried() || some >= calls) return all;
+  if (areAllTried()) some = most;
+  if (some >= calls) return all;
   std::mt19937 random(seed);
   std::shuffle(all.begin(), all.end(), random);
   all.resize(static_cast<std::size_t>(some));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -28,8 +29,10 @@ std::string faultAt(int at, const std::string& kind, const std::string& folder,
                     const std::string& told);
 OutputCalls toldCalls(const std::string& file);
 
-/// Which calls are tried: all of them with DEPTHSERVO_FAULTS=all (scripts/test-long), else some.
-std::vector<int> callsToTry(int calls, int some, unsigned seed);
+/// Which calls are tried: with DEPTHSERVO_FAULTS=all (scripts/test-long) all of them, or so many
+/// where they are more, else some.
+std::vector<int> callsToTry(int calls, int some, unsigned seed,
+                            int most = std::numeric_limits<int>::max());
 bool areAllTried();
 
 /// A path in single quotes, for the shell.

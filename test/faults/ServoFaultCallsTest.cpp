@@ -14,6 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Calls of a kind that are tried where all are asked for: each takes seconds.
+constexpr int kMany = 50;
+
 /// A short way to the goal.
 class RecordingServo : public testing::Test {
  protected:
@@ -52,7 +55,7 @@ TEST_F(RecordingServo, that_cannot_write_brakes_and_says_so) {
   ASSERT_GT(calls.of("full"), 20);
   EXPECT_TRUE(isThere("record") && isThere("out"));
   for (const char* kind : {"full", "file-limit"}) {
-    for (const int at : callsToTry(calls.of(kind), 1, 5)) {
+    for (const int at : callsToTry(calls.of(kind), 1, 5, kMany)) {
       run(at, kind);
       SCOPED_TRACE(std::string(kind) + " at " + std::to_string(at) + ": " + pair_->words);
       EXPECT_EQ(pair_->servoExit, 2);
@@ -71,7 +74,7 @@ TEST_F(RecordingServo, that_cannot_write_brakes_and_says_so) {
 
 TEST_F(RecordingServo, killed_at_any_call_leaves_what_is_whole) {
   const OutputCalls calls = run(0, "kill");
-  for (const int at : callsToTry(calls.of("kill"), 1, 6)) {
+  for (const int at : callsToTry(calls.of("kill"), 1, 6, kMany)) {
     run(at, "kill");
     SCOPED_TRACE("at " + std::to_string(at) + ": " + pair_->words);
     EXPECT_EQ(pair_->servoExit, -SIGKILL);
