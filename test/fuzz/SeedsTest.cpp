@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -50,13 +51,16 @@ TEST_P(Seeds, and_what_is_like_them_are_read_or_refused) {
     feed(read, crash);
     inputs.push_back(std::move(crash));
   }
-  const char* const given = std::getenv("FUZZ_MUTATIONS");
-  const int mutations = given ? std::atoi(given) : 300;
+  constexpr std::size_t kFewest = 300;
+  const char* const given = std::getenv("FUZZ_SECONDS");
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(given ? std::atof(given) : 5);
   test::Random random(1);
-  for (int i = 0; i < mutations; ++i) {
-    const auto which = static_cast<std::size_t>(i) % inputs.size();
-    feed(read, test::mutated(inputs[which], random));
+  std::size_t fed = 0;
+  for (; fed < kFewest || Clock::now() < end; ++fed) {
+    feed(read, test::mutated(inputs[fed % inputs.size()], random));
   }
+  RecordProperty("inputs", std::to_string(fed));
 }
 
 }  // namespace
