@@ -15,7 +15,7 @@
 #include "report/Html.h"
 #include "report/PageData.h"
 #include "report/headline.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "text/TextFile.h"
 
 namespace depthservo {

@@ -18,7 +18,7 @@
 #include "report/Plots.h"
 #include "report/RunFiles.h"
 #include "report/reportable.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 
 namespace depthservo {
 namespace {

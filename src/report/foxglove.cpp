@@ -6,7 +6,7 @@
 
 #include "depthservo/sequence/CommandStream.h"
 #include "report/reportable.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "text/base64.h"
 
 namespace depthservo::foxglove {

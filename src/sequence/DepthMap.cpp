@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "depthservo/text/InputError.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 
 namespace depthservo {
 

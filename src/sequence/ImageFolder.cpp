@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <set>
 
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 
 namespace depthservo::detail {
 namespace {

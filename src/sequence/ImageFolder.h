@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "depthservo/sequence/Sequence.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 
 namespace depthservo::detail {
 

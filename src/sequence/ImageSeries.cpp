@@ -8,7 +8,7 @@
 
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/text/InputError.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "sequence/ImageFolder.h"
 
 namespace depthservo::detail {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 
 namespace depthservo::detail {
 

@@ -11,7 +11,7 @@
 #include "depthservo/motion/Motion.h"
 #include "depthservo/text/didYouMean.h"
 #include "sequence/FrameTable.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "sequence/ImageFolder.h"
 #include "sequence/ImageStore.h"
 #include "sequence/associate.h"

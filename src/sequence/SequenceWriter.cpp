@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "depthservo/sequence/CommandStream.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "sequence/rowMeanings.h"
 #include "sequence/twistLine.h"
 #include "text/TextFile.h"

@@ -10,7 +10,7 @@
 #include "depthservo/sequence/Sequence.h"
 #include "depthservo/sequence/SequenceWriter.h"
 #include "depthservo/text/InputError.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "sequence/ImagePipe.h"
 #include "sequence/ImageSeries.h"
 #include "sequence/systemTime.h"

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "depthservo/sequence/SequenceWriter.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "sequence/cameraFiles.h"
 #include "text/TextTable.h"
 

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "depthservo/sequence/SequenceWriter.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "text/TextFile.h"
 
 namespace depthservo::detail {

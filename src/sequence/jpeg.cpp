@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 
 // jpeglib.h needs <cstddef> and <cstdio> before it.
 // clang-format off

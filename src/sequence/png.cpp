@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 
 namespace depthservo::detail {
 namespace {

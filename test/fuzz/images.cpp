@@ -5,7 +5,7 @@
 
 #include "Target.h"
 #include "depthservo/text/InputError.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "sequence/ImagePipe.h"
 
 namespace depthservo::fuzz {

@@ -9,7 +9,7 @@
 #include "depthservo/motion/Motion.h"
 #include "depthservo/sequence/RecordingInfo.h"
 #include "depthservo/sequence/Sequence.h"
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "sequence/bag/rosImage.h"
 #include "support/InputErrors.h"
 #include "support/Random.h"

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
 
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 #include "support/InputErrors.h"
 #include "support/TemporaryFolder.h"
 

@@ -1,4 +1,4 @@
-#include "sequence/GrayImage.h"
+#include "sequence/ImageFile.h"
 
 #include <fmt/format.h>
 
