@@ -10,7 +10,7 @@ namespace depthservo {
 /// empty. Of ViSP's own (3.5) the pixels that are moved into an image which was moved from are
 /// never freed, since `swap` forgets who owns them, and the copy of an empty one reads at null.
 ///
-/// It owns its pixels and has no display; so must what is moved into it.
+/// It owns its pixels (those of another image of ViSP are copied) and has no display.
 class GrayImage : public DEPTHSERVO_VISP vpImage<unsigned char> {
   using Image = DEPTHSERVO_VISP vpImage<unsigned char>;
 
@@ -19,9 +19,8 @@ class GrayImage : public DEPTHSERVO_VISP vpImage<unsigned char> {
   GrayImage(const Image& other) {
     if (other.getSize() > 0) Image::operator=(other);
   }
-  GrayImage(Image&& other) noexcept { swap<unsigned char>(*this, other); }
   GrayImage(const GrayImage& other) : GrayImage(static_cast<const Image&>(other)) {}
-  GrayImage(GrayImage&& other) noexcept : GrayImage(static_cast<Image&&>(other)) {}
+  GrayImage(GrayImage&& other) noexcept { swap<unsigned char>(*this, other); }
   ~GrayImage() = default;
 
   GrayImage& operator=(GrayImage other) noexcept {
