@@ -98,23 +98,25 @@ void SharedErrorFilter::moveAlone() {
 /// is V - P on the mean. By what it is more, V is too small, which shows as much as the images
 /// tell.
 void SharedErrorFilter::learnSlip() {
-  const GaussMarkov& profile = options_.errors.slip;
-  const double V = slipVariance_, value = values_(slip_), told = V - P_(slip_, slip_);
+  const double V = reckoned_.sigma * reckoned_.sigma, value = values_(slip_);
+  const double told = V - P_(slip_, slip_), usual = options_.errors.slip.sigma;
   if (!(told > 0)) return;
   const double weight = dt_ * (told / V) * (told / V), keep = std::exp(-dt_ / kSlipMemory_s);
   slipTold_s_ = keep * slipTold_s_ + weight;
   slipSum_ = keep * slipSum_ + weight * V + dt_ * (value * value - told);
-  const double variance = slipSum_ / slipTold_s_, usual = profile.sigma * profile.sigma;
-  const double independent = slipTold_s_ / (profile.asWhite(dt_) * dt_);
-  const bool isMore = variance > usual * (1 + kSlipEvidence * std::sqrt(2 / independent));
-  slipVariance_ = isMore ? std::min(variance, kMostSlip * kMostSlip) : usual;
-  if (slipVariance_ > V) forgetSlipped(slipVariance_ - V);
+  const double variance = slipSum_ / slipTold_s_;
+  const double independent = slipTold_s_ / (reckoned_.asWhite(dt_) * dt_);
+  const double chance = 1 + kSlipEvidence * std::sqrt(2 / independent);
+  const bool isMore = variance > usual * usual * chance;
+  reckoned_.sigma = isMore ? std::min(std::sqrt(variance), kMostSlip) : usual;
+  const double more = reckoned_.sigma * reckoned_.sigma - V;
+  if (more > 0) forgetSlipped(more);
 }
 
 /// Until now slip had so much more variance: by its mean over the time for which they have been
 /// seen all points err together, as by a scale.
 void SharedErrorFilter::forgetSlipped(double more) {
-  const double lasts_s = options_.errors.slip.asWhite(dt_) * dt_;
+  const double lasts_s = reckoned_.asWhite(dt_) * dt_;
   const auto off = [&](const Slot& slot) {
     return slot.point.chi * std::sqrt(more * std::min(1., lasts_s / (time_s_ - slot.first_s)));
   };

@@ -126,7 +126,7 @@ void SharedErrorFilter::resetShared() {
   prior(focal_, e.focal);
   prior(scale_, e.scale);
   prior(slip_, e.slip.sigma);
-  slipVariance_ = e.slip.sigma * e.slip.sigma;
+  reckoned_ = e.slip;
   slipSum_ = slipTold_s_ = 0;
   prior(jitter_, e.jitter_s);
   nisSum_ = 2;

@@ -134,8 +134,8 @@ void SharedErrorFilter::followTwist(const MotionBuffer& odometry, double begin_s
   const auto sigma = [dt](double variance, const NoiseLevel& ofPoses) {
     return std::sqrt(variance + 2 * ofPoses.sigma() * ofPoses.sigma()) / dt;
   };
-  const double sigma_v = std::hypot(sigma(noise.variance_t, position_),
-                                    slipped({std::sqrt(slipVariance_), e.slip.tau_s}, now, dt));
+  const double sigma_v =
+      std::hypot(sigma(noise.variance_t, position_), slipped(reckoned_, now, dt));
   const double sigma_w = sigma(noise.variance_theta, angle_);
   const Vector6d change = now - steady_;
   step.change << followed(change.head<3>(), sigma_v, dt), followed(change.tail<3>(), sigma_w, dt);
@@ -254,7 +254,7 @@ void SharedErrorFilter::propagate() {
     const double sigma = kDrift * priorOf(i);
     if (i == latency_ || isMount(i)) P_(i, i) += sigma * sigma * dt_;
   }
-  if (slip_ != kNone) renew(slip_, e.slip.kept(dt_), std::sqrt(slipVariance_));
+  if (slip_ != kNone) renew(slip_, reckoned_.kept(dt_), reckoned_.sigma);
   if (jitter_ != kNone) renew(jitter_, 0, e.jitter_s);
   for (int place = 0; place < places_; ++place) {
     Slot* slot = slotAt(place);

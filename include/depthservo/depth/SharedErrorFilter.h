@@ -215,7 +215,7 @@ class DEPTHSERVO_API SharedErrorFilter : public PointSetEstimator {
   double nisSum_ = 2, nisWeight_ = 1, rejectedShare_ = 0;
   int nisValues_ = 0, rejected_ = 0;
   double cost_ = 0;
-  double slipVariance_ = 0;    // that is reckoned with: the profile's, or more
+  GaussMarkov reckoned_;       // slip: the profile's, or more
   double slipSum_ = 0;         // the variance that shows, times the time that tells it
   double slipTold_s_ = 0;      // this time
   Twist twist_;                // at the last exposure, corrected
