@@ -232,6 +232,18 @@ std::unique_ptr<View> viewOf(const ServoArguments& a, const LiveOptions& options
       ViewOptions{options.camera.width, options.camera.height, 0, a.source, "--view"});
 }
 
+/// Of the recording.
+SequenceSettings settingsOf(const ServoArguments& a, const TaughtGoal& goal, const LiveRig& camera,
+                            const LiveOptions& options, const RunLog& log) {
+  SequenceSettings settings{a.goal, goal.camera, options.target.target, options.target.dots,
+                            replayYaml(camera.options())};
+  settings.tags = options.target.tags;
+  settings.board = options.target.board;
+  settings.rows = log.rows;
+  settings.taught = options.target.taught;
+  return settings;
+}
+
 int servoRobot(ServoArguments& a) {
   silenceImageLibraries();
   std::signal(SIGPIPE, SIG_IGN);
@@ -273,15 +285,10 @@ int servoRobot(ServoArguments& a) {
   log.configuration = configurationOf(camera.options());
   const int exitCode = exitCodeOf(log, rig, stop);
   if (log.frames.empty()) {
-    if (recorder || !a.out.empty()) fmt::print(stderr, "no image was observed: nothing is kept\n");
+    fmt::print(stderr, "no image was observed: nothing is kept\n");
   } else {
     if (recorder) {
-      SequenceSettings settings{a.goal, goal.camera, options.target.target, options.target.dots,
-                                replayYaml(camera.options())};
-      settings.tags = options.target.tags;
-      settings.board = options.target.board;
-      settings.rows = log.rows;
-      settings.taught = options.target.taught;
+      SequenceSettings settings = settingsOf(a, goal, camera, options, log);
       if (keepsLaw) addLaw(settings, robot, servoGoal);
       recorder->finish(settings);
     }
