@@ -76,10 +76,11 @@ void ImageFile::decode(Level* levels) const {
   }
 }
 
-DEPTHSERVO_VISP vpImage<unsigned char> ImageFile::gray(int bits) const {
+GrayImage ImageFile::gray(int bits) const {
   requirePixels();
-  DEPTHSERVO_VISP vpImage<unsigned char> image(static_cast<unsigned>(header_.size.height),
-                                               static_cast<unsigned>(header_.size.width));
+  GrayImage image;
+  image.resize(static_cast<unsigned>(header_.size.height),
+               static_cast<unsigned>(header_.size.width));
   const unsigned white = isWhiteUnknown() ? (1u << bits) - 1 : header_.white;
   const auto scaled = [white](unsigned level) {
     return static_cast<unsigned char>((level * 255 + white / 2) / white);

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <visp3/core/vpImage.h>
-
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "depthservo/api.h"
-#include "depthservo/visp/visp.h"
+#include "depthservo/visp/GrayImage.h"
 #include "sequence/imageFormats.h"
 
 namespace depthservo::detail {
@@ -29,7 +27,7 @@ class DEPTHSERVO_INNER ImageFile {
   /// Gray levels of 0 (black) to 255 (white), rounded; colours as 0.299 R + 0.587 G + 0.114 B.
   /// \param bits where the white is unknown: how many of 16 bits are used; 2^bits - 1 is white
   /// \throw InputError the content is damaged, or a level is above white
-  DEPTHSERVO_VISP vpImage<unsigned char> gray(int bits = 16) const;
+  GrayImage gray(int bits = 16) const;
 
   /// The gray levels of an image of 16 bits, row by row, as they are. Throws InputError: another
   /// kind of image, or damaged.

@@ -327,7 +327,7 @@ detail::ImageFile Sequence::imageFile(std::size_t frame) const {
                 : detail::ImageFile(frames_[frame].image);
 }
 
-DEPTHSERVO_VISP vpImage<unsigned char> Sequence::readImage(std::size_t frame) const {
+GrayImage Sequence::readImage(std::size_t frame) const {
   const std::string& path = frames_[frame].image;
   const detail::ImageFile file = imageFile(frame);
   requireSize(file.size(), path);

@@ -146,7 +146,7 @@ class Video : public ImageSource {
 
 }  // namespace
 
-std::optional<DEPTHSERVO_VISP vpImage<unsigned char>> imageIn(const std::string& file) {
+std::optional<GrayImage> imageIn(const std::string& file) {
   std::error_code error;
   const std::string extension = fs::path(file).extension().string();
   const bool isImage = extension == ".png" || extension == ".pgm" || extension == ".ppm" ||

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "depthservo/visp/GrayImage.h"
+#include "depthservo/visp/using.h"
 
 namespace depthservo {
 namespace {

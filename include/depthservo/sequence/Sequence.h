@@ -1,7 +1,5 @@
 #pragma once
 
-#include <visp3/core/vpImage.h>
-
 #include <Eigen/Geometry>
 #include <memory>
 #include <optional>
@@ -19,7 +17,7 @@
 #include "depthservo/target/DotTarget.h"
 #include "depthservo/target/TaughtImage.h"
 #include "depthservo/text/InputError.h"
-#include "depthservo/visp/visp.h"
+#include "depthservo/visp/GrayImage.h"
 
 namespace depthservo {
 
@@ -95,7 +93,7 @@ struct SequenceTarget {
   /// Natural corners by the image in which they were shown; null: none.
   std::shared_ptr<const TaughtImage> taught{};
   ReplaySection replay{};
-  std::optional<RowMeaning> rows{};  ///< what the rows of odometry mean; none: nothing is said
+  std::optional<RowMeaning> rows{};    ///< what the rows of odometry mean; none: nothing is said
   std::optional<BoardTarget> board{};  ///< empty when the target is of another type
 
   /// Points are corners, found by what is printed round them: not dots.
@@ -185,7 +183,7 @@ class DEPTHSERVO_API Sequence {
   /// missing, truncated, not an image, to be shown turned (EXIF), or of another size than the
   /// camera's. Of images with 16 bits the levels are stretched to white as their format says, or
   /// as `image_bits` says, or as many bits as some images of the sequence use.
-  DEPTHSERVO_VISP vpImage<unsigned char> readImage(std::size_t frame) const;
+  GrayImage readImage(std::size_t frame) const;
 
   /// Depth image of a frame; none when no depth image is close enough in time. Throws InputError:
   /// missing, damaged, not a 16-bit gray PNG, or of another size than the camera's.

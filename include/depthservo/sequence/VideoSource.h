@@ -1,7 +1,5 @@
 #pragma once
 
-#include <visp3/core/vpImage.h>
-
 #include <atomic>
 #include <memory>
 #include <optional>
@@ -10,7 +8,6 @@
 
 #include "depthservo/api.h"
 #include "depthservo/visp/GrayImage.h"
-#include "depthservo/visp/visp.h"
 
 namespace depthservo {
 
@@ -22,8 +19,7 @@ struct TimedImage {
 
 /// The gray image of a PGM, PPM, PNG or JPEG file; none: the file is no image. \throw InputError it
 /// is a damaged one
-DEPTHSERVO_API std::optional<DEPTHSERVO_VISP vpImage<unsigned char>> imageIn(
-    const std::string& file);
+DEPTHSERVO_API std::optional<GrayImage> imageIn(const std::string& file);
 
 /// What came of asking for the next image.
 enum class ImageStatus {

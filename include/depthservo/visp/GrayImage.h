@@ -20,11 +20,11 @@ class GrayImage : public DEPTHSERVO_VISP vpImage<unsigned char> {
     if (other.getSize() > 0) Image::operator=(other);
   }
   GrayImage(const GrayImage& other) : GrayImage(static_cast<const Image&>(other)) {}
-  GrayImage(GrayImage&& other) noexcept { swap<unsigned char>(*this, other); }
+  GrayImage(GrayImage&& other) noexcept { swap(*this, other); }
   ~GrayImage() = default;
 
   GrayImage& operator=(GrayImage other) noexcept {
-    swap<unsigned char>(*this, other);
+    swap(*this, other);
     return *this;
   }
 };
